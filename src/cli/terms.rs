@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::reach::evaluate::{Evaluator, Found, Model, Number, StateValue};
+use meliora::reach::evaluate::{Build, Evaluator, Found, Model, Number, StateValue};
 use meliora::reach::{Goal, Under};
 use meliora_base::error::Error;
 use meliora_engine::symbolic::StateSet;
@@ -97,7 +97,7 @@ fn answered<E: Engine>(
     job: &Job<ReachReport>,
     given: &Given<'_>,
     engine: &Arc<E>,
-    build: &dyn Fn(&Arc<Program>) -> Result<Arc<E>, Error>,
+    build: &Build<'_, E>,
     asked: &Asked,
     further: &mut Further<'_, E>,
 ) -> Result<(), Error> {

@@ -264,7 +264,13 @@ fn a_strategy_by_value_attains_the_value_against_the_worst_opponent() {
         endmodule";
     let game = analysed(game, "objective A = F (x>=0); objective G = F x=3; prefer G > A;");
     let (start, runs) = (vec![0], 4000);
-    let rule = Chooser::compute(&game.analysis, &game.program, &[start.clone()], (Aim::Likely, None), &Steps);
+    let rule = Chooser::compute(
+        &game.analysis,
+        &game.program,
+        std::slice::from_ref(&start),
+        (Aim::Likely, None),
+        &Steps,
+    );
     let mut strategy = game.strategy(StrategyKind::Spi, &[]);
     strategy.choose_by(Arc::new(rule.unwrap()));
     let setup = Setup { scheduler: Scheduler::Progress, runs, steps: 10, seed: 3 };

@@ -61,6 +61,9 @@ impl<N: Number> Solved<N> {
     }
 }
 
+/// The solutions of the levels from 1 on, and the error that ended the work.
+type Levels<N> = (Vec<Solution<N>>, Result<()>);
+
 /// Returns the solutions of a quantity of a game at the levels 1, …, `levels`, and an error if a limit was reached.
 ///
 /// # Errors
@@ -70,7 +73,7 @@ pub(crate) fn by_level<E: Entry>(
     of: &dyn Fn(u32) -> Quantity,
     levels: usize,
     meter: &mut Meter<'_>,
-) -> Result<(Vec<Solution<E::Read>>, Result<()>)> {
+) -> Result<Levels<E::Read>> {
     let fractions: Vec<E::Read> = graph.fractions().iter().map(Number::of).collect();
     let (mut solutions, levels): (Vec<Solution<E::Read>>, _) = (Vec::new(), levels as u32);
     let (unfolded, before) = (Unfolded::new(graph, of, levels, meter)?, meter.bytes());

@@ -36,11 +36,11 @@ pub(crate) struct Weighted {
 }
 
 /// A point that a strategy attains, and a half-space that contains all points.
-pub(crate) struct Point {
+pub(crate) struct Point<N = Ratio> {
     /// Lower bounds of the expected gains of a strategy.
-    pub(crate) gains: Vec<Ratio>,
+    pub(crate) gains: Vec<N>,
     /// An upper bound of the weighted sum of the gains of all strategies.
-    pub(crate) most: Ratio,
+    pub(crate) most: N,
     /// The action of each group under the strategy, by its number among all.
     pub(crate) policy: Vec<usize>,
 }
@@ -160,7 +160,7 @@ impl Weighted {
             Err(Stop::Limit(error)) => return Err(error),
             Err(_) => None,
         };
-        let found = found.and_then(|(gains, most, policy)| {
+        let found = found.and_then(|Point { gains, most, policy }| {
             let gains = gains.into_iter().zip(&self.first).map(|(gain, first)| Some(exact(gain)? + first));
             Some(Point {
                 gains: gains.collect::<Option<_>>()?,
@@ -174,12 +174,7 @@ impl Weighted {
     /// Returns lower bounds of the gains of a policy from the start, and an upper bound of the weighted sum of all
     /// policies: solutions with a margin per step that one step confirms. As every policy stops almost surely, they are
     /// bounds.
-    fn confirmed(
-        &self,
-        numbers: &[f64],
-        weights: &[f64],
-        meter: &mut Meter<'_>,
-    ) -> Turn<Option<(Vec<f64>, f64, Vec<usize>)>> {
+    fn confirmed(&self, numbers: &[f64], weights: &[f64], meter: &mut Meter<'_>) -> Turn<Option<Point<f64>>> {
         let (rows, gains) = self.rows(numbers);
         let rated: Vec<f64> = gains.iter().map(|gains| rate(gains, weights)).collect();
         let mut policies = Policies::new(&rows);
@@ -207,7 +202,8 @@ impl Weighted {
                     && (0..weights.len()).all(|at| is_below(group, at))
             };
             if (0..rows.groups()).all(holds) {
-                return Ok(Some((low[self.start].clone(), high[self.start], policies.policy)));
+                let (gains, most) = (low[self.start].clone(), high[self.start]);
+                return Ok(Some(Point { gains, most, policy: policies.policy }));
             }
             margin *= MARGIN;
         }

@@ -22,13 +22,20 @@ use meliora_model::{Branch, CommandId, Program, VarId};
 pub(super) struct Advice {
     /// For each state the variables that its path needs.
     pub(super) needs: AHashMap<u32, Rc<[VarId]>>,
-    /// For each such list of variables the states by the values of these, as a hash.
-    lists: Vec<(Rc<[VarId]>, AHashMap<u64, u32>)>,
+    lists: Vec<Similar>,
+    /// The positions of the lists by their variables.
     numbers: AHashMap<Rc<[VarId]>, usize>,
     /// The values that were looked at.
     pub(super) looks: u64,
     /// The work spent with advice.
     work: u64,
+}
+
+/// The states whose paths need the same variables.
+struct Similar {
+    needed: Rc<[VarId]>,
+    /// The states by a hash of the values of these variables.
+    states: AHashMap<u64, u32>,
 }
 
 impl Advice {
@@ -37,17 +44,17 @@ impl Advice {
         let next = self.lists.len();
         let at = *self.numbers.entry(Rc::clone(&needed)).or_insert(next);
         if at == next {
-            self.lists.push((Rc::clone(&needed), AHashMap::new()));
+            self.lists.push(Similar { needed: Rc::clone(&needed), states: AHashMap::new() });
         }
-        self.lists[at].1.insert(hash(&needed, values), state);
+        self.lists[at].states.insert(hash(&needed, values), state);
         self.needs.insert(state, needed);
     }
 
     /// Returns a state that agrees with these values in all that its path needs.
     pub(super) fn find(&mut self, values: &[i64]) -> Option<u32> {
-        self.lists.iter().rev().find_map(|(needed, states)| {
-            self.looks += needed.len() as u64;
-            states.get(&hash(needed, values)).copied()
+        self.lists.iter().rev().find_map(|similar| {
+            self.looks += similar.needed.len() as u64;
+            similar.states.get(&hash(&similar.needed, values)).copied()
         })
     }
 }
