@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::text::Grid;
 use super::{Number, Style};
-use meliora_base::decimal::readable;
+use meliora_base::decimal::{readable, rounded};
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::valuation::Valuation;
 use meliora_quantities::answer::Answer;
@@ -131,8 +131,7 @@ impl PropertyAnswer {
         let holds = self.holds.map(|holds| if holds { "holds" } else { "does not hold" }.to_owned());
         let value = self.value.iter().flatten().map(shown);
         let front = self.front.as_ref().map(|points| {
-            let numbers =
-                |point: &Vec<f64>| point.iter().map(|x| readable(*x)).collect::<Vec<_>>().join(", ");
+            let numbers = |point: &Vec<f64>| point.iter().map(|x| rounded(*x)).collect::<Vec<_>>().join(", ");
             points.iter().map(|point| format!("({})", numbers(point))).collect::<Vec<_>>().join(" ")
         });
         let words: Vec<String> = holds.into_iter().chain(value).chain(front).collect();
