@@ -33,7 +33,7 @@ pub(crate) struct Begun {
     pub(crate) budget: Arc<Budget>,
     /// The states that the explicit engine has explored, unless it met a limit.
     pub(crate) rest: Option<Box<Exploration>>,
-    /// What states have cost the explicit engine.
+    /// The cost of states in the explicit engine.
     pub(crate) pace: Pace,
 }
 
@@ -109,7 +109,7 @@ struct Both<'a, 'q> {
     symbolic: Option<Exploring>,
     /// The sink of the symbolic exploration.
     budget: Arc<Budget>,
-    /// What the states explored so far have cost the explicit engine.
+    /// The cost of the states that the explicit engine has explored so far.
     pace: Pace,
     everywhere: Option<(Exploring, &'a mut Question<'q>)>,
     guided: Option<Box<Guided>>,

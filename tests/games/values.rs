@@ -18,7 +18,7 @@ const LEVELS: usize = 2;
 /// A value; `None` if it is infinite.
 type Number = Option<Ratio>;
 
-/// A choice: what it gains, and its edges.
+/// A choice: its gain and its edges.
 type Action = (Ratio, Vec<(usize, Ratio)>);
 
 /// Returns the least solution of x = gain + Σ p · x for one action per state.
@@ -105,7 +105,7 @@ fn against(actions: &[Vec<Action>], theirs: &[bool], greatest: bool) -> Vec<Numb
 }
 
 /// Returns the kept choices as actions: an improving step to `t` gains `gain(t)`, in place of the value of `t` unless
-/// that goes on; `none` is the action of a state without a choice.
+/// that continues; `none` is the action of a state without a choice.
 fn actions(
     reference: &Reference<'_>,
     cost: Ratio,

@@ -99,7 +99,7 @@ impl SymbolicEngine {
         self.transitions.group_of(choice)
     }
 
-    /// Returns which pairs of each group a set has.
+    /// Returns the part of each group of choices that is in a set.
     ///
     /// # Errors
     /// The set belongs to another engine.
@@ -117,7 +117,7 @@ impl SymbolicEngine {
 pub(crate) enum OfGroup {
     All,
     Nothing,
-    /// Those of these states.
+    /// The pairs of these states.
     Part(StateSet),
 }
 

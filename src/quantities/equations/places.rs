@@ -99,7 +99,7 @@ impl Places {
         self.classes.get(node as usize).checked_sub(1)
     }
 
-    /// Adds the next node: its place, the code of its state, and what is noted about it.
+    /// Adds the next node: its place, the code of its state, and its marks.
     ///
     /// # Errors
     /// The memory limit is reached.

@@ -33,7 +33,7 @@ struct Solved {
     tableau: Vec<Vec<Ratio>>,
     /// The variable of each row.
     basis: Vec<usize>,
-    /// What was added to all entries of the game.
+    /// The constant added to all entries of the game.
     shift: Ratio,
 }
 

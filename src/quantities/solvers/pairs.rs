@@ -39,7 +39,7 @@ pub(super) struct Action {
     pub(super) taken: Taken,
 }
 
-/// What an action is in the pairs.
+/// The meaning of an action in the pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Taken {
     /// A choice.
@@ -57,7 +57,7 @@ pub(super) struct End {
     pub(super) pair: u32,
     /// The objectives of [`Counted::Recur`] whose sets are left out, as bits.
     left_out: u32,
-    /// Those whose sets are visited infinitely often.
+    /// The objectives of [`Counted::Recur`] whose sets are visited infinitely often, as bits.
     pub(super) hits: u32,
 }
 

@@ -27,7 +27,7 @@ use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
 
-/// What a path collects.
+/// The sum that a path collects.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Collected<'a> {
     /// 1 if it reaches the target.

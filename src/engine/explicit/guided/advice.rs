@@ -17,7 +17,7 @@ use meliora_base::error::Result;
 use meliora_base::value::Value;
 use meliora_model::{Branch, CommandId, Program, VarId};
 
-/// The states of paths by what they need.
+/// The states of paths by the variables and values that they need.
 #[derive(Default)]
 pub(super) struct Advice {
     /// For each state the variables that its path needs.
