@@ -15,7 +15,8 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{Program, State, VarId};
 
-/// The symbolic or the explicit engine, or the symbolic one until the explicit one takes over. Clones share the explored states and the sets.
+/// The symbolic or the explicit engine, or the symbolic one until the explicit one takes over. Clones share the
+/// explored states and the sets.
 #[derive(Clone)]
 pub struct AnyEngine {
     inner: Inner,

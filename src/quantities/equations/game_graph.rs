@@ -79,7 +79,7 @@ impl GameGraph {
     }
 }
 
-/// The rewards of a structure in an graph.
+/// The rewards of a structure in a game.
 #[derive(Debug, Default)]
 pub struct Rewards {
     pub(crate) fractions: Fractions,

@@ -212,16 +212,21 @@ impl Guided {
         Ok(())
     }
 
+    /// Writes the values of a state where the guide reads them.
+    pub(super) fn decode(&mut self, state: u32) {
+        self.task.layout.decode(self.part.index.code(state as usize), &mut self.guide.values);
+    }
+
     /// Returns whether a state that was just entered has something new to the search.
     fn is_novel(&mut self, state: u32) -> Result<bool> {
-        self.task.layout.decode(self.part.index.code(state as usize), &mut self.guide.values);
+        self.decode(state);
         let class = self.part.estimate[state as usize];
         self.search.novelty.see(&self.guide.relaxation, &self.guide.values, class)
     }
 
     /// Estimates the distance of a state to the target. Returns false if it is lost.
     pub(super) fn estimate(&mut self, state: u32) -> bool {
-        self.task.layout.decode(self.part.index.code(state as usize), &mut self.guide.values);
+        self.decode(state);
         let found = self.guide.estimator.estimate(&self.guide.relaxation, &self.guide.values);
         self.part.standing[state as usize].age = self.guide.age;
         match found {
