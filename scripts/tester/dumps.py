@@ -1,9 +1,13 @@
 """Dumps: their regions, their members and choices, and what `verify` says of them."""
 
+import csv
 import json
+import math
 import random
+from fractions import Fraction
 
 import harness
+from tester.context import LEVELS
 from tester.program import at, key
 
 
@@ -11,9 +15,14 @@ def dumps(context):
     """A dump has the right regions, also in `query`, and `verify` accepts it."""
     relation, program = context.relation, context.program
     folder = program.folder / "dump"
-    more = ["--values", "--levels", "2", *program.settings("reward")] if context.case.seed % 2 else []
+    # Under `prefix`, a dump of a game has no more levels than there are.
+    is_open = not (context.is_game and context.quantities.prefix) or context.analysis.levels("spi").sets
+    is_valued = context.case.seed % 2 and is_open
+    more = ["--values", "--levels", str(LEVELS), *program.settings("reward")] if is_valued else []
     report = program.about("export", "--out", folder, *more)
     verified(context, folder)
+    if more and not context.analysis.play:
+        bounded(context, folder)
     expected = regions_of(context)
     counts = {region["name"]: region["count"] for region in report["regions"]}
     for name, states in expected.items():
@@ -72,6 +81,28 @@ def verified(context, folder):
         other = "2" if context.ours != {1} else "1"
         status, out, _ = program.run(*verify, "--coalition", other)
         context.same("verify of another coalition", (number > 1, True), (status == 1, "the coalition is" in out))
+
+
+def bounded(context, folder):
+    """The bounds that `verify` confirms are narrow, and contain the values, against an opponent as well."""
+    quantities, relation, variables = context.quantities, context.relation, context.source.variables
+    numbers = {tuple(int(dict(name)[v.name]) for v in variables): relation.one(name) for name in relation.of}
+    classes = {"+".join(context.named(c)) or "nothing": c for c in set(context.analysis.classes) - {None}}
+    precision = math.inf if context.is_rare() else Fraction(1, 10**6)
+    with open(folder / "values.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        state = numbers[tuple(int(row[v.name]) for v in variables)]
+        node = (classes[row["arena"]], state) if quantities.prefix else state
+        for k in (k for k in range(LEVELS) if f"p_{k + 1}_rank" in row):
+            for letter, (table, _) in (("p", context.probabilities[k]), ("c", context.costs[k])):
+                lower, upper = (row[f"{letter}_{k + 1}_{side}"] for side in ("lower", "upper"))
+                value = table.get(node, Fraction(0) if letter == "p" else None)
+                found = {"lower": lower, "upper": upper} if lower else None
+                if node not in (quantities.own(state), state) and letter == "c" and not found:
+                    continue  # a level that no state of the class is in is not known elsewhere
+                context.within(f"{letter}_{k + 1} of {row}", value, found, precision)
+    context.case.features.add("values of a dump of a game" if context.is_game else "values of a dump")
 
 
 def regions_of(context):

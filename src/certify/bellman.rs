@@ -12,6 +12,20 @@
 //! A step has rank 0 if its value is given: it is counted, lost, known from the levels, or has the
 //! lower bound 0. K. Chatterjee et al., "Fixed point certificates for reachability and expected
 //! rewards in MDPs" (TACAS 2025).
+//!
+//! In a game, a state of the opponent has these conditions with *some* and *every* exchanged:
+//!
+//! - upper bounds of probabilities: some choice has at most U. If the opponent takes these choices, U
+//!   is above the least solution for us;
+//! - lower bounds of probabilities: every choice has at least L and enters a smaller rank, where L > 0,
+//!   so that L is below what our choices guarantee, whatever the opponent does;
+//! - lower bounds of costs: some permitted choice costs at least L. If the opponent takes these choices,
+//!   no strategy of ours that makes the improvements costs less;
+//! - upper bounds of costs: every choice is permitted, costs at most U and enters a smaller rank, where
+//!   U is finite, so that our choices make the improvements, whatever the opponent does.
+//!
+//! A choice that the arena does not keep loses the path if the opponent takes it.
+//! `proofs.md` has the proofs.
 
 use num_traits::{One, Zero};
 
@@ -44,7 +58,26 @@ impl Costs<'_> {
     }
 }
 
-/// A kept choice of a row.
+/// The choices of a row.
+struct Choices<'t> {
+    /// True if the opponent chooses.
+    is_theirs: bool,
+    kept: Vec<Kept<'t>>,
+}
+
+impl<'t> Choices<'t> {
+    /// Returns whether some choice of ours, or every choice of the opponent, satisfies a condition.
+    fn can(&self, holds: impl Fn(&Kept<'t>) -> bool) -> bool {
+        if self.is_theirs { self.kept.iter().all(holds) } else { self.kept.iter().any(holds) }
+    }
+
+    /// Returns whether every choice of ours, or some choice of the opponent, satisfies a condition.
+    fn must(&self, holds: impl Fn(&Kept<'t>) -> bool) -> bool {
+        if self.is_theirs { self.kept.iter().any(holds) } else { self.kept.iter().all(holds) }
+    }
+}
+
+/// A choice of a row.
 struct Kept<'t> {
     cost: Ratio,
     edges: Vec<(Ratio, Edge<'t>)>,
@@ -84,11 +117,14 @@ pub(super) fn check(
     costs: &Costs<'_>,
 ) -> CheckResult {
     let sink = &checker.engine.settings().sink;
+    let theirs = checker.engine.theirs();
     for entry in &table.entries {
         if let Some(limit) = sink.stop() {
             return Err(CheckError::Error(limit.into()));
         }
-        let choices = kept(checker, table, entry, program, costs)?;
+        let of = |theirs| checker.engine.contains(theirs, &entry.row.state);
+        let is_theirs = theirs.as_ref().map(of).transpose()?.unwrap_or(false);
+        let choices = Choices { is_theirs, kept: kept(checker, table, entry, (program, costs), is_theirs)? };
         for k in 1..=table.levels {
             let violated = table.probability(entry, k, &choices).or_else(|| table.cost(entry, k, &choices));
             if let Some(condition) = violated {
@@ -99,19 +135,22 @@ pub(super) fn check(
     Ok(())
 }
 
-/// Returns the choices of a row that its arena keeps.
+/// Returns the choices of a row that its arena keeps. Other choices of the opponent lose the path.
 fn kept<'t>(
     checker: &Checker<'_>,
     table: &'t Table<'t>,
     entry: &Entry<'_>,
-    program: &Program,
-    costs: &Costs<'_>,
+    (program, costs): (&Program, &Costs<'_>),
+    is_theirs: bool,
 ) -> CheckResult<Vec<Kept<'t>>> {
     let (arena, state) = (&table.arenas[entry.arena], &entry.row.state);
     let steps = program.exact_steps(state).map_err(|e| fault::error(program, &e, state))?;
     let mut choices = Vec::new();
     for step in steps {
         if !checker.engine.contains_choice(&arena.kept, state, &step.choice)? {
+            if is_theirs {
+                choices.push(Kept { cost: Ratio::zero(), edges: vec![(Ratio::one(), Edge::Lost)] });
+            }
             continue;
         }
         let cost = costs.of(program, state, &step.choice)?;
@@ -169,7 +208,7 @@ fn costs<'e>(entry: Option<&'e Entry<'_>>, k: usize) -> Option<&'e Bounds> {
 
 impl Table<'_> {
     /// Checks the bounds of P_k; returns a condition that is violated.
-    fn probability(&self, entry: &Entry<'_>, k: usize, choices: &[Kept<'_>]) -> Option<Condition> {
+    fn probability(&self, entry: &Entry<'_>, k: usize, choices: &Choices<'_>) -> Option<Condition> {
         if k > entry.positive || k <= entry.sure && !self.shows_ones {
             return None;
         }
@@ -181,37 +220,38 @@ impl Table<'_> {
         let below = |choice: &Kept<'_>| {
             value(choice, Side::Upper).is_some_and(|(sum, _)| at_most(sum.as_ref(), upper.as_ref()))
         };
-        if !choices.iter().all(below) {
-            return Some(Condition::UpperProbability { level: k });
+        if !choices.must(below) {
+            return Some(Condition::UpperProbability { level: k, theirs: choices.is_theirs });
         }
         let reaches = |choice: &Kept<'_>| {
             let found = value(choice, Side::Lower);
             found.is_some_and(|(sum, rank)| at_most(lower.as_ref(), sum.as_ref()) && rank < bounds.rank)
         };
-        let holds = lower.as_ref().is_some_and(Zero::is_zero) || choices.iter().any(reaches);
-        (!holds).then_some(Condition::LowerProbability { level: k })
+        let holds = lower.as_ref().is_some_and(Zero::is_zero) || choices.can(reaches);
+        (!holds).then_some(Condition::LowerProbability { level: k, theirs: choices.is_theirs })
     }
 
     /// Checks the bounds of C_k; returns a condition that is violated.
-    fn cost(&self, entry: &Entry<'_>, k: usize, choices: &[Kept<'_>]) -> Option<Condition> {
+    fn cost(&self, entry: &Entry<'_>, k: usize, choices: &Choices<'_>) -> Option<Condition> {
         let bounds = entry.row.costs[k - 1].as_ref()?;
         let (lower, upper) = (bounds.lower.exact(), bounds.upper.exact());
         let value = |choice: &Kept<'_>, side: Side| {
             choice.sum(choice.cost.clone(), |edge| self.expense(edge, k, side))
         };
         // A choice that is not permitted has no value, and confirms nothing.
-        let above = |choice: &Kept<'_>| {
-            value(choice, Side::Lower).is_none_or(|(sum, _)| at_most(lower.as_ref(), sum.as_ref()))
+        let above = |choice: &Kept<'_>| match value(choice, Side::Lower) {
+            Some((sum, _)) => at_most(lower.as_ref(), sum.as_ref()),
+            None => !choices.is_theirs,
         };
-        if !choices.iter().all(above) {
-            return Some(Condition::LowerCost { level: k });
+        if !choices.must(above) {
+            return Some(Condition::LowerCost { level: k, theirs: choices.is_theirs });
         }
         let reaches = |choice: &Kept<'_>| {
             let found = value(choice, Side::Upper);
             found.is_some_and(|(sum, rank)| at_most(sum.as_ref(), upper.as_ref()) && rank < bounds.rank)
         };
-        let holds = upper.is_none() || choices.iter().any(reaches);
-        (!holds).then_some(Condition::UpperCost { level: k })
+        let holds = upper.is_none() || choices.can(reaches);
+        (!holds).then_some(Condition::UpperCost { level: k, theirs: choices.is_theirs })
     }
 
     /// Returns a bound of P_k after an edge, and its rank.

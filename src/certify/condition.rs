@@ -38,7 +38,6 @@ conditions! {
     Json { problem: String } => "the manifest can be written as JSON: {problem}";
     NoTransitionSafety => "a game is not analysed with safety `transition`";
     NoTemporalObjectives => "a dump of a game has no temporal objectives";
-    NoValues => "a dump of a game has no values, which are not computed against an opponent";
     // Files and sets
     Order => "the order contains exactly the bits of the model";
     HasReachable => "the dump has the region `reachable`";
@@ -148,12 +147,18 @@ conditions! {
     OrderedBounds { what: &'static str, level: usize } =>
         "the bounds of {what}_{level} are finite below and in order";
     AtMostOne { level: usize } => "P_{level} is at most 1";
-    UpperProbability { level: usize } => "no kept choice has more than the upper bound of P_{level}";
-    LowerProbability { level: usize } =>
-        "some kept choice has at least the lower bound of P_{level}, and enters a smaller rank";
-    LowerCost { level: usize } => "no permitted choice costs less than the lower bound of C_{level}";
-    UpperCost { level: usize } =>
-        "some permitted choice costs at most the upper bound of C_{level}, and enters a smaller rank";
+    UpperProbability { level: usize, theirs: bool } =>
+        "{} more than the upper bound of P_{level}",
+        if *theirs { "some choice of the opponent has no" } else { "no kept choice has" };
+    LowerProbability { level: usize, theirs: bool } =>
+        "{} at least the lower bound of P_{level}, and enters a smaller rank",
+        if *theirs { "each choice of the opponent has" } else { "some kept choice has" };
+    LowerCost { level: usize, theirs: bool } =>
+        "{} less than the lower bound of C_{level}",
+        if *theirs { "some choice of the opponent does not cost" } else { "no permitted choice costs" };
+    UpperCost { level: usize, theirs: bool } =>
+        "{} costs at most the upper bound of C_{level}, and enters a smaller rank",
+        if *theirs { "each choice of the opponent is permitted," } else { "some permitted choice" };
 }
 
 /// Formats names for a list.

@@ -63,8 +63,6 @@ pub(super) fn is_supported(
         Condition::NoTransitionSafety
     } else if preferences.objectives.iter().any(over_paths) {
         Condition::NoTemporalObjectives
-    } else if manifest.values.is_some() {
-        Condition::NoValues
     } else {
         return Ok(());
     };

@@ -226,9 +226,6 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
         Ok((question, costs))
     };
     let (question, costs) = job.timed("parse", read, |_, _| ())?;
-    if args.values {
-        question.program.of_one_player("`--values`")?;
-    }
     job.update(|r| r.header.read(&question.program));
     let build = || engines::symbolic(&question.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;

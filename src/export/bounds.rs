@@ -49,13 +49,24 @@ pub fn compute<E: Engine>(analysis: &Analysis<E>, program: &Program, wanted: &Wa
     Values::compute(options, analysis, program, &starts, wanted.costs)
 }
 
-/// Adds the bounds of P_k and C_k to a dump, for all states from which an improvement is possible.
+/// Returns the number of levels whose bounds can be proved, at most `levels`. In a game with reference classes, a state
+/// that counts for no further level may lead to others that would win one against this class, if the opponent let us go
+/// there: the levels do not show where P_k is 0.
+fn proved<E: Engine>(analysis: &Analysis<E>, levels: usize) -> usize {
+    let spi = analysis.levels(meliora_planning::Kind::Spi);
+    let is_open = analysis.engine().is_game() && analysis.options().safety.has_reference();
+    if is_open && spi.unbounded().is_none() { levels.min(spi.found.len()) } else { levels }
+}
+
+/// Adds the bounds of P_k and C_k to a dump, for all states from which an improvement is possible. In a game with reference
+/// classes, there are at most as many levels as were found.
 /// Returns the greatest width of a bound. Cost: see [`Values::compute`] and [`Values::confirmed`].
 ///
 /// # Errors
 /// There are too many states, a limit is reached, or no levels are wanted.
 pub fn add(dump: &mut Dump, analysis: &Analysis<SymbolicEngine>, wanted: &Wanted<'_>) -> Result<f64> {
     let engine = analysis.engine();
+    let wanted = &Wanted { levels: proved(analysis, wanted.levels), ..*wanted };
     let values = compute(analysis, engine.program(), wanted)?;
     let shows_ones = analysis.options().safety.drops_successors();
     let confirmed = values.confirmed(engine, shows_ones)?;

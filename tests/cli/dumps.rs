@@ -270,6 +270,8 @@ fn values_of_a_dump_are_verified() {
         ("drone", "--values"),
         ("robot5x5", "--values --safety transition --levels 1"),
         ("lateral_prefix", "--values --safety prefix --format dot"),
+        ("pursuit", "--values -c N=4"),
+        ("pursuit", "--values --safety prefix --levels 3 -c N=3"),
     ] {
         let dump = export(&scratch, model, options);
         let report = run(&format!("verify {dump} models/{model}.prism models/{model}.pref")).expect(0).stdout;

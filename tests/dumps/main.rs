@@ -27,4 +27,5 @@ mod requirements;
 mod statements;
 mod turns;
 mod values;
+mod values_of_games;
 mod verify;

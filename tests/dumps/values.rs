@@ -54,7 +54,7 @@ pub(super) struct Case {
     program: Arc<Program>,
     preferences: Arc<Preferences>,
     pub(super) dump: Dump,
-    width: f64,
+    pub(super) width: f64,
     truth: Truth,
 }
 
@@ -63,7 +63,17 @@ fn settings(scope: Scope) -> Settings {
 }
 
 impl Case {
-    pub(super) fn of([model, preferences]: [&str; 2], scope: Scope, safety: Safety, reward: &str) -> Self {
+    pub(super) fn of(texts: [&str; 2], scope: Scope, safety: Safety, reward: &str) -> Self {
+        Case::new(texts, scope, safety, reward).unwrap()
+    }
+
+    /// Returns an error where there are no values.
+    pub(super) fn new(
+        [model, preferences]: [&str; 2],
+        scope: Scope,
+        safety: Safety,
+        reward: &str,
+    ) -> Result<Self, Error> {
         let source = |text: &str| SourceFile::new("text", text);
         let program = lang::load(&source(model), &source("")).unwrap().program;
         let lang::Question { program, preferences } =
@@ -82,11 +92,11 @@ impl Case {
             None => Box::new(Steps),
         };
         let wanted = Wanted { levels: LEVELS, reward, costs: &*costs, limit: 10_000 };
-        let width = add(&mut dump, &analysis, &wanted).unwrap();
+        let width = add(&mut dump, &analysis, &wanted)?;
         let truth = truth(&analysis, &program, dump.values.as_ref().unwrap(), &*costs);
         drop(costs);
         drop(analysis);
-        Case { program, preferences, dump, width, truth }
+        Ok(Case { program, preferences, dump, width, truth })
     }
 
     /// Returns the condition that a dump violates.
@@ -98,7 +108,7 @@ impl Case {
 
     /// Returns the condition that an edited dump violates.
     #[track_caller]
-    fn refused(&self, edit: impl FnOnce(&mut Dump)) -> String {
+    pub(super) fn refused(&self, edit: impl FnOnce(&mut Dump)) -> String {
         let mut dump = self.dump.clone();
         edit(&mut dump);
         self.violated(&dump).expect("a forged dump was accepted")
@@ -106,7 +116,7 @@ impl Case {
 
     /// Returns the condition that a dump with an edited row violates.
     #[track_caller]
-    fn row_refused(&self, state: &[i64], edit: impl FnOnce(&mut Row)) -> String {
+    pub(super) fn row_refused(&self, state: &[i64], edit: impl FnOnce(&mut Row)) -> String {
         self.refused(|dump| edit(row(dump, state)))
     }
 
@@ -148,12 +158,12 @@ fn truth(analysis: &Analysis<SymbolicEngine>, program: &Program, rows: &[Row], c
         let node = values.node(arena(&row.arena), &row.state).unwrap();
         let exact =
             |k| (values.probability(node, k).exact.unwrap(), values.cost(node, k).map(|c| c.exact.unwrap()));
-        ((row.arena.clone(), row.state.clone()), (1..=LEVELS).map(exact).collect())
+        ((row.arena.clone(), row.state.clone()), (1..=row.costs.len()).map(exact).collect())
     };
     rows.iter().map(known).collect()
 }
 
-fn row<'d>(dump: &'d mut Dump, state: &[i64]) -> &'d mut Row {
+pub(super) fn row<'d>(dump: &'d mut Dump, state: &[i64]) -> &'d mut Row {
     dump.values.as_mut().unwrap().iter_mut().find(|row| row.state == state).unwrap()
 }
 
@@ -306,15 +316,15 @@ fn certainty_is_shown_where_the_levels_do_not_show_it() {
     );
 }
 
-fn double(x: f64) -> Number {
+pub(super) fn double(x: f64) -> Number {
     Number::Double(x)
 }
 
-fn between(lower: f64, upper: f64, rank: u32) -> Bounds {
+pub(super) fn between(lower: f64, upper: f64, rank: u32) -> Bounds {
     Bounds { lower: double(lower), upper: double(upper), rank }
 }
 
-fn cost(row: &mut Row) -> &mut Bounds {
+pub(super) fn cost(row: &mut Row) -> &mut Bounds {
     row.costs[0].as_mut().unwrap()
 }
 
@@ -334,12 +344,12 @@ fn changed(number: &Number, random: &mut ChaCha8Rng) -> Number {
 }
 
 /// Edits a dump.
-fn edited(dump: &mut Dump, random: &mut ChaCha8Rng) {
+pub(super) fn edited(dump: &mut Dump, random: &mut ChaCha8Rng) {
     let rows = dump.values.as_mut().unwrap();
     let (i, j) = (random.random_range(0..rows.len()), random.random_range(0..rows.len()));
     let other = rows[j].clone();
     let row = &mut rows[i];
-    let k = random.random_range(0..LEVELS);
+    let k = random.random_range(0..row.costs.len());
     let all: Vec<&mut Bounds> = row.probabilities.iter_mut().chain(row.costs.iter_mut().flatten()).collect();
     let count = all.len();
     let bounds = all.into_iter().nth(random.random_range(0..count)).unwrap();
@@ -351,8 +361,8 @@ fn edited(dump: &mut Dump, random: &mut ChaCha8Rng) {
         8 => row.state = other.state,
         9 => row.arena = other.arena,
         10 => drop(rows.remove(i)),
-        11 => row.probabilities.swap(0, 1),
-        12 => row.costs.swap(0, 1),
+        11 => row.probabilities.swap(0, k),
+        12 => row.costs.swap(0, k),
         _ => {
             row.costs[k] = match row.costs[k] {
                 Some(_) => None,

@@ -13,10 +13,10 @@ use proptest::prelude::*;
 use super::levels::{Case, Reference, some_case};
 use super::strategies::Analysed;
 
-const LEVELS: usize = 2;
+pub(crate) const LEVELS: usize = 2;
 
 /// A value; `None` if it is infinite.
-type Number = Option<Ratio>;
+pub(crate) type Number = Option<Ratio>;
 
 /// A choice: its gain and its edges.
 type Action = (Ratio, Vec<(usize, Ratio)>);
@@ -145,10 +145,24 @@ fn fits(found: &Bounds, expected: &Ratio, is_exact: bool) -> bool {
         && (!is_exact || found.exact.as_ref() == Some(expected))
 }
 
+/// Returns P_k and C_k of all states for k = 1, 2, …, over all pairs of pure strategies; `None` where a cost is infinite.
+pub(crate) fn levels(reference: &Reference<'_>) -> Vec<[Vec<Number>; 2]> {
+    let (zero, one, raw) = (Ratio::zero, Ratio::one, &reference.case.raw);
+    let (nothing, stay) = (|_| (zero(), vec![]), |s: usize| (one(), vec![(s, one())]));
+    let (mut p, mut c) = (vec![Some(one()); raw.len()], vec![Some(zero()); raw.len()]);
+    let mut levels = Vec::new();
+    for _ in 1..=LEVELS {
+        p = against(&actions(reference, zero(), |t| p[t].clone(), false, nothing), &raw.theirs, true);
+        c = against(&actions(reference, one(), |t| c[t].clone(), false, stay), &raw.theirs, false);
+        levels.push([p.clone(), c.clone()]);
+    }
+    levels
+}
+
 fn check(case: &Case, exact: bool) {
     let reference = Reference::new(case);
     let analysed = Analysed::new(&case.raw.text(), &case.preferences(), Safety::Action, Storage::Explicit);
-    let (zero, one, stay) = (Ratio::zero, Ratio::one, |s: usize| (Ratio::one(), vec![(s, Ratio::one())]));
+    let (zero, one) = (Ratio::zero, Ratio::one);
     let safe: Vec<usize> = (0..case.raw.len()).filter(|&s| reference.safe[s]).collect();
     let starts: Vec<Vec<i64>> = safe.iter().map(|&s| vec![s as i64]).collect();
     let options = ValueOptions { levels: LEVELS, exact, within: None };
@@ -165,11 +179,7 @@ fn check(case: &Case, exact: bool) {
         };
         assert!(is_right, "N of {s}: {found:?}, {:?}, {case:?}", numbers[s]);
     }
-    let n = case.raw.len();
-    let (mut p, mut c) = (vec![Some(one()); n], vec![Some(zero()); n]);
-    for k in 1..=LEVELS {
-        p = against(&actions(&reference, zero(), |t| p[t].clone(), false, nothing), &case.raw.theirs, true);
-        c = against(&actions(&reference, one(), |t| c[t].clone(), false, stay), &case.raw.theirs, false);
+    for (k, [p, c]) in (1..).zip(levels(&reference)) {
         for &s in &safe {
             let (found, expected) = (values.probability(node(s), k), p[s].as_ref().unwrap());
             assert!(fits(&found, expected, exact), "P_{k} of {s}: {found:?}, {expected}, {case:?}");

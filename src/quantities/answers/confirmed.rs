@@ -1,11 +1,14 @@
 //! The values of a certificate: bounds that one step confirms.
 
 use crate::answers::values::{Numbers, Values};
+use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
-use crate::equations::system::Quantity;
+use crate::equations::solution::Solution;
+use crate::equations::system::{Fixed, Quantity, Sense, System};
 use crate::solvers::inductive::{Inductive, Side, Wanted};
 use crate::solvers::solved::Solved;
+use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_dump::bounds::{Bounds, Number, Row};
 use meliora_engine::Engine;
@@ -32,16 +35,21 @@ impl Values {
         };
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
-        let all = |quantity: fn(u32) -> Quantity, levels: usize, meter: &mut Meter<'_>| {
+        let all = |quantity: fn(u32) -> Quantity, solutions: &[Solution<Interval>], meter: &mut Meter<'_>| {
             let mut found: Vec<[Inductive; 2]> = Vec::new();
-            for k in 1..=levels as u32 {
+            for (k, solution) in (1..).zip(solutions) {
                 let mut side = |side: Side| {
                     let below =
                         found.last().map(|[lower, upper]| if side == Side::Lower { lower } else { upper });
                     let fractions = &solved.fractions;
                     let quantity = quantity(k);
                     let graph = &self.graph;
-                    Wanted { graph, quantity, side, below, fractions, shows_ones }.find(meter)
+                    let fixed = fixed(graph, (quantity, side), solution, meter)?;
+                    let fixed = fixed.as_ref();
+                    let wanted = Wanted { graph, quantity, side, below, fractions, shows_ones, fixed };
+                    let found = wanted.find(meter);
+                    meter.release(fixed.map_or(0, |fixed| fixed.choices.len() / 8));
+                    found
                 };
                 let pair = [side(Side::Lower)?, side(Side::Upper)?];
                 found.push(pair);
@@ -49,8 +57,8 @@ impl Values {
             Ok::<_, Error>(found)
         };
         let Solved { probability, cost, .. } = solved;
-        let probabilities = all(Quantity::Probability, probability.len(), &mut meter)?;
-        let costs = all(Quantity::Cost, cost.len(), &mut meter)?;
+        let probabilities = all(Quantity::Probability, probability, &mut meter)?;
+        let costs = all(Quantity::Cost, cost, &mut meter)?;
         Ok(Confirmed { probabilities, costs })
     }
 
@@ -96,6 +104,33 @@ impl Values {
         }
         Ok(rows)
     }
+}
+
+/// Fixes the choices of one side of a game to those that attain its values: ours for the bounds that need ranks, else the
+/// opponent's. Returns `None` without an opponent.
+fn fixed(
+    graph: &Graph,
+    (quantity, side): (Quantity, Side),
+    solution: &Solution<Interval>,
+    meter: &mut Meter<'_>,
+) -> Result<Option<Fixed>> {
+    if graph.theirs.is_none() {
+        return Ok(None);
+    }
+    meter.take(graph.choices_in_all() / 8)?;
+    let is_ours = side == Side::ranked(quantity);
+    let mut choices = BitVec::repeat(true, graph.choices_in_all());
+    for node in (0..graph.nodes() as u32).filter(|&node| graph.is_theirs(node) != is_ours) {
+        let pick = solution.pick(node);
+        if pick != NONE {
+            graph.choices(node).for_each(|choice| choices.set(choice as usize, choice == pick));
+        }
+    }
+    let sense = match (System::<Interval>::new(graph, quantity, None, &[]).sense(), is_ours) {
+        (Sense::Max, true) | (Sense::Min, false) => Sense::Min,
+        (Sense::Min, true) | (Sense::Max, false) => Sense::Max,
+    };
+    Ok(Some(Fixed { choices, sense }))
 }
 
 /// Returns the greatest width of bounds: absolute for probabilities, relative above 1 for costs.

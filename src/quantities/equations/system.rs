@@ -95,6 +95,15 @@ impl Candidates {
     }
 }
 
+/// A side of a game whose choices are fixed: the equations are those of the other side.
+#[derive(Debug)]
+pub(crate) struct Fixed {
+    /// The choices that may be taken, by their numbers in the graph.
+    pub(crate) choices: BitVec,
+    /// The optimum that the other side wants.
+    pub(crate) sense: Sense,
+}
+
 /// A system of equations over a graph, with the solution of the level below.
 pub(crate) struct System<'a, N> {
     pub(crate) graph: &'a Graph,
@@ -108,6 +117,8 @@ pub(crate) struct System<'a, N> {
     pub(crate) only: Option<Method>,
     /// The choices that may be taken, if not all; for steps also their costs.
     pub(crate) candidates: Option<&'a Candidates>,
+    /// The side of a game that does not choose any more.
+    pub(crate) fixed: Option<&'a Fixed>,
 }
 
 /// The value at the end of an edge.
@@ -126,10 +137,13 @@ impl<'a, N: Number> System<'a, N> {
         below: Option<&'a Solution<N>>,
         fractions: &'a [N],
     ) -> Self {
-        System { graph, quantity, below, fractions, only: None, candidates: None }
+        System { graph, quantity, below, fractions, only: None, candidates: None, fixed: None }
     }
 
     pub(crate) fn sense(&self) -> Sense {
+        if let Some(fixed) = self.fixed {
+            return fixed.sense;
+        }
         match self.quantity {
             Quantity::Cost(_) | Quantity::Steps(_) => Sense::Min,
             Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Sense::Max,
@@ -149,12 +163,24 @@ impl<'a, N: Number> System<'a, N> {
         }
     }
 
-    /// Returns whether a choice may be taken: one of the candidates, if there are some; else for costs one with
-    /// which the improvements stay certain.
+    /// Returns whether a choice may be taken: one of the candidates, if there are some; else one of a side that is not
+    /// fixed, or that this side takes, and for costs one with which the improvements stay certain.
     pub(crate) fn permits(&self, choice: u32) -> bool {
         if let Some(candidates) = self.candidates {
             return candidates.contains(choice);
         }
+        self.fixed.is_none_or(|fixed| fixed.choices[choice as usize]) && self.keeps_certain(choice)
+    }
+
+    /// Returns whether a component follows a choice of a node: one that may be taken. At a junction, ranks depend on both
+    /// choices, whichever is fixed.
+    pub(crate) fn follows(&self, node: u32, choice: u32) -> bool {
+        let is_free = self.fixed.is_some() && self.graph.is_junction(node) && self.keeps_certain(choice);
+        is_free || self.permits(choice)
+    }
+
+    /// Returns whether the improvements stay certain with a choice, if they must.
+    pub(crate) fn keeps_certain(&self, choice: u32) -> bool {
         let Quantity::Cost(k) = self.quantity else { return true };
         let certain =
             |edge: Edge| edge.to != LOST && self.graph.rank(edge.to).sure >= k - u32::from(edge.counts());

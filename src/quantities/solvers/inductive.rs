@@ -5,6 +5,11 @@
 //! bounds of costs need L ≤ B(L) or U ≥ B(U) by choices that do not stay forever: such a choice
 //! enters a smaller rank with positive probability.
 //!
+//! In a game, every choice of the opponent must confirm a bound where one of ours suffices, and one where every one of ours
+//! must. So bounds are found for one player: lower bounds of probabilities and upper bounds of costs against a strategy of
+//! ours that attains the values, the others against a strategy of the opponent that does. A strategy of ours keeps
+//! reaching an improvement, whatever the opponent does, so its bounds have ranks.
+//!
 //! Bounds of a component that is one state are the exact value of its equation, rounded outwards. For other components,
 //! the solver finds bounds for the confirmed bounds of what the component reaches, which one step confirms where doubles
 //! suffice. Else the exact solution as fractions is tried, up to 100 groups.
@@ -13,13 +18,14 @@
 
 use std::collections::VecDeque;
 
+use ahash::AHashSet;
 use num_traits::{One, Zero};
 
 use crate::equations::graph::{Edge, Graph, LOST, NONE};
 use crate::equations::meter::{Meter, Stop};
 use crate::equations::number::Interval;
 use crate::equations::solution::Solution;
-use crate::equations::system::{Quantity, Sense, System};
+use crate::equations::system::{Fixed, Quantity, Sense, System};
 use crate::solvers::groups::Groups;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
@@ -33,6 +39,13 @@ const FEW: usize = 100;
 pub(crate) enum Side {
     Lower,
     Upper,
+}
+
+impl Side {
+    /// Returns the side of the bounds that need ranks.
+    pub(crate) fn ranked(quantity: Quantity) -> Self {
+        if matches!(quantity, Quantity::Probability(_)) { Side::Lower } else { Side::Upper }
+    }
 }
 
 /// Bounds that one step confirms.
@@ -55,6 +68,8 @@ pub(crate) struct Wanted<'a> {
     pub(crate) fractions: &'a [Interval],
     /// True if it must be shown where the probability is 1.
     pub(crate) shows_ones: bool,
+    /// In a game, the side whose choices are fixed.
+    pub(crate) fixed: Option<&'a Fixed>,
 }
 
 impl Wanted<'_> {
@@ -100,7 +115,7 @@ impl Wanted<'_> {
 
     fn system(&self) -> System<'_, Interval> {
         let below = self.below.map(|below| &below.rounded);
-        System::new(self.graph, self.quantity, below, self.fractions)
+        System { fixed: self.fixed, ..System::new(self.graph, self.quantity, below, self.fractions) }
     }
 
     /// Returns the bound that says nothing.
@@ -112,12 +127,14 @@ impl Wanted<'_> {
         })
     }
 
-    /// Returns whether one choice is enough to confirm a bound; else every choice must.
-    fn one_confirms(&self) -> bool {
-        matches!(
-            (self.quantity, self.side),
-            (Quantity::Probability(_), Side::Lower) | (Quantity::Cost(_), Side::Upper)
-        )
+    /// Returns whether bounds need ranks: one choice of ours is enough to confirm them.
+    fn is_ranked(&self) -> bool {
+        self.side == Side::ranked(self.quantity)
+    }
+
+    /// Returns whether one choice of a node is enough to confirm a bound; else every choice must.
+    fn one_confirms(&self, node: u32) -> bool {
+        self.is_ranked() != self.graph.is_theirs(node)
     }
 
     /// Rounds a bound outwards; keeps a fraction where a double would be 0, 1 or infinite.
@@ -126,6 +143,35 @@ impl Wanted<'_> {
         let near = if self.side == Side::Lower { lower } else { upper };
         let says_less = near != 0.0 && near != 1.0 && near.is_finite();
         if says_less { Number::Double(near) } else { Number::from(exact) }
+    }
+}
+
+/// The nodes of a component whose ranks are not known yet.
+struct Waiting {
+    /// The nodes with choices that enter each node, and these choices.
+    into: Vec<Vec<(u32, u32)>>,
+    /// The number of choices of each node that must still enter a node with a rank.
+    left: Vec<usize>,
+    /// The greatest rank that the other choices enter.
+    greatest: Vec<u32>,
+    /// The choices that enter a rank.
+    done: AHashSet<u32>,
+}
+
+impl Waiting {
+    fn new(nodes: usize) -> Self {
+        let (into, left, greatest) = (vec![Vec::new(); nodes], vec![0; nodes], vec![0; nodes]);
+        Waiting { into, left, greatest, done: AHashSet::new() }
+    }
+
+    /// Notes that a choice of a node enters a rank; returns the greatest rank that its choices enter if all do.
+    fn ranked(&mut self, node: usize, choice: u32, rank: u32) -> Option<u32> {
+        if !self.done.insert(choice) {
+            return None;
+        }
+        self.left[node] -= 1;
+        self.greatest[node] = self.greatest[node].max(rank);
+        (self.left[node] == 0).then_some(self.greatest[node])
     }
 }
 
@@ -195,7 +241,7 @@ impl Work<'_> {
         let system = self.wanted.system();
         nodes.iter().all(|&node| {
             let mut permitted = self.wanted.graph.choices(node).filter(|&choice| system.permits(choice));
-            match self.wanted.one_confirms() {
+            match self.wanted.one_confirms(node) {
                 _ if *self.bound(node) == self.wanted.nothing() => true,
                 true => permitted.any(|choice| self.confirms(node, choice)),
                 false => permitted.all(|choice| self.confirms(node, choice)),
@@ -223,7 +269,7 @@ impl Work<'_> {
     /// two choices, and counts if they are equal.
     fn justifying(&self, node: u32) -> Vec<u32> {
         let (graph, system) = (self.wanted.graph, self.wanted.system());
-        let permitted = graph.choices(node).filter(|&choice| system.permits(choice));
+        let permitted = graph.choices(node).filter(|&choice| system.follows(node, choice));
         if !graph.is_junction(node) {
             return permitted.filter(|&choice| self.confirms(node, choice)).collect();
         }
@@ -241,40 +287,63 @@ impl Work<'_> {
 
     /// Ranks the nodes of a component; returns whether each that says something has a rank.
     fn rank(&mut self, nodes: &[u32], position: &[u32]) -> bool {
-        if !self.wanted.one_confirms() {
+        if !self.wanted.is_ranked() {
             return true;
         }
         let nothing = self.wanted.nothing();
-        let mut into: Vec<Vec<u32>> = vec![Vec::new(); nodes.len()];
+        let mut waiting = Waiting::new(nodes.len());
         let mut queue = VecDeque::new();
         nodes.iter().for_each(|&node| self.found.ranks[node as usize] = 0);
         for (index, &node) in nodes.iter().enumerate() {
             if *self.bound(node) == nothing {
                 continue;
             }
-            let mut least: Option<u32> = None;
-            for edge in self.justifying(node).iter().flat_map(|&choice| self.wanted.graph.edges(choice)) {
-                match self.rank_of(edge) {
-                    Some(rank) => least = Some(least.map_or(rank, |least| least.min(rank))),
-                    None => into[position[edge.to as usize] as usize].push(index as u32),
-                }
-            }
-            if let Some(rank) = least {
+            if let Some(rank) = self.first_rank(node, index, position, &mut waiting) {
                 self.found.ranks[node as usize] = rank + 1;
                 queue.push_back(index);
             }
         }
         while let Some(index) = queue.pop_front() {
             let rank = self.found.ranks[nodes[index] as usize];
-            for &before in &into[index] {
+            for (before, choice) in std::mem::take(&mut waiting.into[index]) {
                 let node = nodes[before as usize] as usize;
-                if self.found.ranks[node] == 0 {
+                if self.found.ranks[node] > 0 {
+                    continue;
+                }
+                if let Some(rank) = waiting.ranked(before as usize, choice, rank) {
                     self.found.ranks[node] = rank + 1;
                     queue.push_back(before as usize);
                 }
             }
         }
         nodes.iter().all(|&node| self.found.ranks[node as usize] > 0 || *self.bound(node) == nothing)
+    }
+
+    /// Returns the rank that a node enters, if it is known: the least one of a choice of ours, the greatest one of the
+    /// opponent's choices. Else the node waits for those that its choices enter.
+    fn first_rank(&self, node: u32, index: usize, position: &[u32], waiting: &mut Waiting) -> Option<u32> {
+        let (one, justifying) = (self.wanted.one_confirms(node), self.justifying(node));
+        let mut known = Vec::new();
+        for &choice in &justifying {
+            let mut least: Option<u32> = None;
+            for edge in self.wanted.graph.edges(choice) {
+                match self.rank_of(edge) {
+                    Some(rank) => least = Some(least.map_or(rank, |least| least.min(rank))),
+                    None => waiting.into[position[edge.to as usize] as usize].push((index as u32, choice)),
+                }
+            }
+            known.extend(least.map(|rank| (choice, rank)));
+        }
+        let ranks = known.iter().map(|&(_, rank)| rank);
+        if one {
+            waiting.left[index] = 1;
+            return ranks.min();
+        }
+        let greatest = ranks.max();
+        waiting.left[index] = justifying.len() - known.len();
+        waiting.greatest[index] = greatest.unwrap_or(0);
+        waiting.done.extend(known.iter().map(|&(choice, _)| choice));
+        greatest.filter(|_| waiting.left[index] == 0)
     }
 
     /// Finds the bound of a node that is a component of its own.

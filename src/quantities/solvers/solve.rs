@@ -106,8 +106,8 @@ impl<N: Number> System<'_, N> {
         let (graph, counted) = (self.graph, self.quantity == Quantity::Number);
         let open = || (0..graph.nodes() as u32).filter(|&node| self.is_open(node));
         let mut followed = BitVec::<usize>::repeat(false, graph.edges_in_all());
-        let choices = open().flat_map(|node| graph.choices(node)).filter(|&choice| self.permits(choice));
-        for choice in choices {
+        let followed_of = |node: u32| graph.choices(node).filter(move |&choice| self.follows(node, choice));
+        for choice in open().flat_map(followed_of) {
             for (position, edge) in (graph.choices.start[choice as usize] as usize..).zip(graph.edges(choice))
             {
                 let follows = edge.to != LOST && (!edge.counts() || counted) && self.is_open(edge.to);

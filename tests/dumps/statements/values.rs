@@ -1,7 +1,7 @@
 //! The cells and rows of `values.csv`, also together with sets that the dump does not need.
 
 use meliora::dump::bounds::{Bounds, Number, Row};
-use meliora::dump::manifest::{Root, RootKind, ValuesFile};
+use meliora::dump::manifest::{Root, RootKind};
 use meliora::dump::{Dump, Edge, read_directory, write_directory};
 use meliora::engine::{NoProgress, Scope};
 use meliora::model::exact::Ratio;
@@ -9,8 +9,8 @@ use meliora::planning::Safety;
 
 use super::{Counts, GAME, SIDES};
 use crate::mutation::sealed;
-use crate::others::case as dump_of;
 use crate::values::{Case, example};
+use crate::values_of_games::{CYCLES, GOALS};
 
 fn double(x: f64) -> Number {
     Number::Double(x)
@@ -112,25 +112,25 @@ fn a_row_whose_levels_are_not_proved_is_refused() {
     }
 }
 
-/// Against the opponent the value is 1/4; with its choices taken as ours it would be 1/2.
+/// Against the opponent the value is 3/10 at 1; with its choices taken as ours it would be 2/5.
 #[test]
-fn values_in_a_dump_of_a_game_are_refused() {
-    let case = dump_of(GAME, SIDES, Scope::Reachable, Safety::Action);
-    assert_eq!(case.verify(&case.dump).unwrap().violation, None);
-    let condition = case.refused(|dump| {
-        let (reward, path) = ("steps".to_owned(), "values.csv".to_owned());
-        let file = ValuesFile { path, sha256: String::new(), levels: 1, reward, rows: 0 };
-        dump.manifest.values = Some(file);
-        dump.values = Some(Vec::new());
-    });
-    assert_eq!(condition, "a dump of a game has no values, which are not computed against an opponent");
+fn values_of_a_game_without_its_opponent_are_refused() {
+    let case = Case::of([CYCLES, GOALS], Scope::All, Safety::Action, "steps");
+    assert_eq!(violated(&case, |_| ()), None);
+    let module = CYCLES.split_once("module").unwrap().1;
+    let mdp = Case::of([&format!("mdp module{module}"), GOALS], Scope::All, Safety::Action, "steps");
+    let condition =
+        "each choice of the opponent has at least the lower bound of P_1, and enters a smaller rank";
+    let values = |dump: &mut Dump| dump.values.clone_from(&mdp.dump.values);
+    assert_eq!(violated(&case, values).as_deref(), Some(condition));
 }
 
 /// The cases whose tables are edited.
 fn cases() -> Vec<Case> {
     let [model, preferences] = example("drone");
     let of = |safety| Case::of([&model, &preferences], Scope::Reachable, safety, "steps");
-    Safety::ALL.iter().map(|&safety| of(safety)).collect()
+    let game = Case::of([GAME, SIDES], Scope::Reachable, Safety::Action, "steps");
+    Safety::ALL.iter().map(|&safety| of(safety)).chain([game]).collect()
 }
 
 /// Other numbers in a cell with a bound.
