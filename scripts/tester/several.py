@@ -103,11 +103,38 @@ def mixes(context, known, question):
             kept = known.sign(at) * value >= known.sign(at) * claimed - CLOSE
             context.same(f"value {at} of a strategy of {written}", "", "" if kept else f"{value} for {claimed}")
             means[at] += value * strategy["share"]
+    if found:
+        from_file(context, file, written, means)
     context.same(f"shares of {written}", True, abs(sum(s["share"] for s in found) - 1) < CLOSE)
     bounds = [known.objectives[0][3] if answer is True else answer[0], known.objectives[1][3]]
     for at, (mean, bound) in enumerate(zip(means, bounds)):
         reached = known.sign(at) * mean >= known.sign(at) * bound - 2 * CLOSE
         context.same(f"mean {at} of the strategies of {written}", "", "" if reached else f"{mean} for {bound}")
+
+
+def from_file(context, file, written, means):
+    """`verify` accepts the file, but no greater claim; `simulate` measures what the mix claims."""
+    program = context.program
+    status, out, errors = program.run("verify", file, program.model, "--json")
+    context.same(f"verify of {written}", (0, ""), (status, "" if status == 0 else (out + errors)[-500:]))
+    runs = program.ask("simulate", program.model, "--policy", file, "--runs", "300")["runs"]
+    for mean, own in zip(means, runs["objectives"]):
+        if own["interval"]:
+            low, high = own["interval"]
+            near = 2 * low - high - 0.01 <= mean <= 2 * high - low + 0.01
+            context.same(f"{own['objective']} in runs of {written}", "", "" if near else (float(mean), own))
+    text = json.loads(file.read_text())
+    for at, sign in enumerate((1 if "max=?" in o or ">=" in o.split("[")[0] else -1) for o in objectives_of(runs)):
+        wrong = json.loads(json.dumps(text))
+        wrong["strategies"][0]["values"][at] += sign * 0.001
+        other = file.with_name("wrong.json")
+        other.write_text(json.dumps(wrong))
+        status, out, _ = program.run("verify", other, program.model, "--json")
+        context.same(f"verify of a false value {at} of {written}", (1, True), (status, "does not attain" in out))
+
+
+def objectives_of(runs):
+    return [own["objective"] for own in runs["objectives"]]
 
 
 def nodes_of(context, mdp, numbers, nodes, node):

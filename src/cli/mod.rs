@@ -15,6 +15,7 @@ mod files;
 mod folder;
 mod given;
 mod load;
+mod mix_file;
 mod model_files;
 mod named;
 mod objective_policy;

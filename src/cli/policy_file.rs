@@ -1,6 +1,7 @@
 //! Files of policies: `meliora verify POLICY MODEL` and `meliora simulate MODEL --policy POLICY`.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use clap::{Arg, Args};
@@ -12,10 +13,11 @@ use meliora_model::predicate::Predicate;
 use meliora_model::{Program, State};
 use meliora_planning::rules::Rules;
 use meliora_report::policy_report::PolicyRuns;
-use meliora_report::{Header, PolicyReport, policy_file};
+use meliora_report::{Header, PolicyReport, mix, policy_file};
 
 use super::exit::Status;
 use super::load;
+use super::mix_file::MixFile;
 use super::model_files::ModelFiles;
 use super::options::{Limits, PreferenceArgs, ShownArgs};
 use super::supervise::{Job, supervise};
@@ -83,7 +85,11 @@ impl PolicyFile {
     /// A file is wrong; a limit.
     pub(super) fn check(self, is_strong: bool, shown: &ShownArgs) -> Result<Status, Error> {
         supervise(self.report(true), self.limits, shown, move |job| {
-            let read = job.timed("parse", || self.read(job), |r, s| r.time.add("parse", s))?;
+            let source = load::read(&self.policy)?;
+            if mix::is_mix(&source) {
+                return self.mixed(job, &source, is_strong, None);
+            }
+            let read = job.timed("parse", || self.read(job, &source), |r, s| r.time.add("parse", s))?;
             let initial = std::slice::from_ref(&read.initial);
             let check =
                 || Ok(read.rules.check(&read.program, &read.goal, initial, is_strong, job.sink.as_ref())?);
@@ -100,9 +106,13 @@ impl PolicyFile {
     pub(super) fn simulate(self, runs: PolicyRuns, shown: &ShownArgs) -> Result<Status, Error> {
         let (count, limit, seed) = (runs.runs, runs.limit, runs.seed);
         let mut report = self.report(false);
-        report.runs = Some(runs);
+        report.runs = Some(runs.clone());
         supervise(report, self.limits, shown, move |job| {
-            let read = job.timed("parse", || self.read(job), |r, s| r.time.add("parse", s))?;
+            let source = load::read(&self.policy)?;
+            if mix::is_mix(&source) {
+                return self.mixed(job, &source, false, Some(&runs));
+            }
+            let read = job.timed("parse", || self.read(job, &source), |r, s| r.time.add("parse", s))?;
             let all = || {
                 for number in 0..count {
                     job.sink.check()?;
@@ -121,23 +131,47 @@ impl PolicyFile {
         PolicyReport::of_file(header, &self.policy.display().to_string(), is_check)
     }
 
-    fn read(&self, job: &Job<PolicyReport>) -> Result<Read, Error> {
+    /// Checks or runs the strategies of a property `multi(…)`.
+    fn mixed(
+        &self,
+        job: &Job<PolicyReport>,
+        source: &Arc<SourceFile>,
+        is_strong: bool,
+        runs: Option<&PolicyRuns>,
+    ) -> Result<(), Error> {
+        if is_strong || self.target.is_some() {
+            let message =
+                "the strategies of `multi` have objectives of their own: leave out `--target` and `--strong`";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let read = || MixFile::new(source, self.program(job, false)?, self.limits);
+        let read = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+        job.timed("answer", || read.work(job, runs), |r, s| r.time.add("answer", s))
+    }
+
+    /// Reads the model.
+    fn program(&self, job: &Job<PolicyReport>, for_goals: bool) -> Result<Program, Error> {
         let given = Given {
             constants: SourceFile::new("--const", self.constants.as_str()),
             bounds: SourceFile::new("--bounds", self.bounds.as_str()),
         };
         let document = load::document(&self.model)?;
-        let document = if self.target.is_none() { document.for_goals() } else { document };
+        let document = if for_goals { document.for_goals() } else { document };
         let Checked { program, warnings, .. } = document.load(&given, job.sink.as_ref())?;
         job.sink.warn_at(&warnings);
-        let goal = goal(&program, self.target.as_deref())?;
         job.update(|r| r.header.read(&program));
+        Ok(program)
+    }
+
+    fn read(&self, job: &Job<PolicyReport>, source: &Arc<SourceFile>) -> Result<Read, Error> {
+        let program = self.program(job, self.target.is_none())?;
+        let goal = goal(&program, self.target.as_deref())?;
         let initial: Option<State> = program.variables.iter().map(|variable| variable.initial).collect();
         let Some(initial) = initial else {
             let message = "a policy is followed from one initial state; this model has `init … endinit`";
             return Err(Error::Usage(message.to_owned()));
         };
-        let rules = policy_file::read(&load::read(&self.policy)?, &program)?;
+        let rules = policy_file::read(source, &program)?;
         Ok(Read { program, goal, rules, initial })
     }
 }

@@ -47,7 +47,8 @@ pub(super) struct SimulateArgs {
     preferences: PreferenceArgs,
 
     /// Run this policy until it reaches the goal, from the initial state: a file that `reach --policy` or a
-    /// planner for FOND problems has written; PREFS is left out
+    /// planner for FOND problems has written; PREFS is left out. Of `multi(…)`: a strategy is drawn
+    /// for each run
     #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "csv", "statistics", "opponent"])]
     policy: Option<PathBuf>,
 

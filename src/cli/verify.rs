@@ -23,7 +23,8 @@ use super::supervise::{Job, supervise};
 /// Check a dump against the model by one-step conditions, without the fixpoint code; or check a policy
 ///
 /// A policy is a file that `reach --policy` or a planner for FOND problems has written. Each state that it
-/// visits needs an enabled action, and the goal must stay reachable.
+/// visits needs an enabled action, and the goal must stay reachable. The strategies of a property `multi(…)`
+/// must have the values that they claim.
 ///
 /// Uses the constants, scope, safety and variable order of the dump; in a game, every choice of the
 /// opponent is checked. If a condition is violated,

@@ -4,10 +4,10 @@ use std::borrow::Cow;
 use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
-use super::{Program, Variable};
+use super::{Program, State, Variable};
 use meliora_base::decimal;
 use meliora_base::escape;
 use meliora_base::exact::{Exact, Ratio, Real, shortest};
@@ -17,7 +17,7 @@ use meliora_base::value::{Type, Value};
 pub(super) const NO_VARIABLES: &str = "(no variables)";
 
 /// A state as an object from variables to values.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Valuation(Map<String, Json>);
 
 impl Valuation {
@@ -30,6 +30,23 @@ impl Valuation {
         };
         let named = program.variables.iter().zip(state).map(|(v, &x)| (v.name.clone(), value(v, x)));
         Valuation(named.collect())
+    }
+
+    /// Returns the state with these values; `None` if a variable has none or another one, or a name is unknown.
+    pub fn state(&self, program: &Program) -> Option<State> {
+        let value = |v: &Variable| {
+            let found = match (self.0.get(&v.name)?, v.ty) {
+                (Json::Bool(holds), Type::Bool) => i64::from(*holds),
+                (Json::String(name), _) => {
+                    v.low + i64::try_from(v.values.iter().position(|x| x == name)?).ok()?
+                }
+                (number, Type::Int) if v.values.is_empty() => number.as_i64()?,
+                _ => return None,
+            };
+            (v.low..=v.high).contains(&found).then_some(found)
+        };
+        (self.0.len() == program.variables.len()).then_some(())?;
+        program.variables.iter().map(value).collect()
     }
 
     /// Returns the values as texts, in the order of the variables: names as they are, without quotes.

@@ -40,6 +40,14 @@ fn facts(program: &Program) -> AHashMap<String, (VarId, i64)> {
     facts.map(|fact| (plain(&fact.name), (fact.variable, fact.value))).collect()
 }
 
+/// Returns the place of an error in a text.
+pub(super) fn place(source: &SourceFile, error: &serde_json::Error) -> Range<usize> {
+    let lines = source.text.split_inclusive('\n').take(error.line().saturating_sub(1));
+    let at = lines.map(str::len).sum::<usize>() + error.column().saturating_sub(1);
+    let at = at.min(source.text.len());
+    at..at
+}
+
 struct Reader<'a> {
     source: &'a Arc<SourceFile>,
     program: &'a Program,
@@ -76,10 +84,7 @@ impl Reader<'_> {
 
     fn json(&mut self) -> Result<()> {
         let entries: Vec<Entry> = serde_json::from_str(&self.source.text).map_err(|error| {
-            let lines = self.source.text.split_inclusive('\n').take(error.line().saturating_sub(1));
-            let at = lines.map(str::len).sum::<usize>() + error.column().saturating_sub(1);
-            let at = at.min(self.source.text.len());
-            let wrong = self.wrong(at..at, error.to_string());
+            let wrong = self.wrong(place(self.source, &error), error.to_string());
             wrong.help("expected a list of `{\"state\": [\"fact\", …], \"action\": \"name\"}`")
         })?;
         for Entry { state, action } in entries {

@@ -14,6 +14,7 @@ use meliora_base::escape;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
 use meliora_planning::rules::{PolicyFault, PolicyRun, Visited};
+use meliora_quantities::state_values::Bound;
 
 /// Maximum number of steps of the first run that the text shows.
 const SHOWN: usize = 60;
@@ -24,8 +25,8 @@ const SHOWN: usize = 60;
 pub struct PolicyFindings {
     /// The file of the policy.
     pub policy: String,
-    /// `verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound;
-    /// `null` if unknown, absent with `simulate`.
+    /// `verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound, or the
+    /// strategies of a property `multi(…)` have their values; `null` if unknown, absent with `simulate`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("nullable" = true))]
     pub accepted: Option<Option<bool>>,
@@ -37,9 +38,50 @@ pub struct PolicyFindings {
     pub longest: Option<Number>,
     /// The first fault; `null` if there is none, or if it is unknown.
     pub violation: Option<Violated>,
+    /// The strategies of a property `multi(…)`, with their values; absent for other policies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub strategies: Vec<StrategyValues>,
     /// The runs of `simulate`; absent with `verify`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub runs: Option<PolicyRuns>,
+}
+
+/// The values of a strategy of a property `multi(…)`.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct StrategyValues {
+    /// The probability with which it is drawn; `null` for a point of a front.
+    pub share: Option<f64>,
+    /// The number of states that it visits, with its memory.
+    pub nodes: u64,
+    /// The values of the objectives.
+    pub objectives: Vec<ObjectiveValue>,
+}
+
+/// The value of an objective under a strategy.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct ObjectiveValue {
+    /// The text of the objective.
+    pub objective: String,
+    /// The value that the file claims.
+    pub claimed: f64,
+    /// Bounds of the value of the strategy; absent with `simulate`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<Bound>,
+}
+
+/// The values of an objective in the runs of strategies of which one is drawn at the start.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct MeasuredObjective {
+    /// The text of the objective.
+    pub objective: String,
+    /// The mean of the values that the strategies claim.
+    pub claimed: f64,
+    /// The mean over the runs; `null` if a reward was given up before it ended, or is infinite.
+    pub measured: Option<f64>,
+    /// The bounds that contain the true mean with a probability of 0.99; `null` if unknown.
+    pub interval: Option<[f64; 2]>,
+    /// The runs that were given up before the objective was decided.
+    pub open: u64,
 }
 
 /// The runs of a policy.
@@ -51,7 +93,7 @@ pub struct PolicyRuns {
     pub limit: u64,
     /// The seed of the random numbers.
     pub seed: u64,
-    /// The runs that reached the goal.
+    /// The runs that reached the goal; of a property `multi(…)`, those that decided all objectives.
     pub reached: u64,
     /// The runs that were given up after `limit` steps.
     pub given_up: u64,
@@ -59,7 +101,10 @@ pub struct PolicyRuns {
     pub mean_steps: Option<f64>,
     /// The largest number of these steps; `null` if no run reached the goal.
     pub most_steps: Option<u64>,
-    /// The steps of the first run.
+    /// The objectives of a property `multi(…)`; absent for other policies.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub objectives: Vec<MeasuredObjective>,
+    /// The steps of the first run; none of a property `multi(…)`.
     pub first: Vec<PolicyStep>,
     /// The state in which the first run ends.
     pub last: Option<Valuation>,
@@ -98,8 +143,14 @@ impl PolicyReport {
     }
 
     fn violate(&mut self, program: &Program, fault: &PolicyFault) {
-        let state = Some(Valuation::of(program, &fault.state));
-        self.violation = Some(Violated { condition: fault.kind.to_string(), state });
+        self.refuse(program, &fault.kind.to_string(), Some(&fault.state));
+    }
+
+    /// Notes a condition that is violated, unless there is one.
+    pub fn refuse(&mut self, program: &Program, condition: &str, state: Option<&State>) {
+        self.accepted = self.accepted.map(|_| Some(false));
+        let state = state.map(|state| Valuation::of(program, state));
+        self.violation.get_or_insert_with(|| Violated { condition: condition.to_owned(), state });
     }
 
     /// Adds a run.
@@ -151,8 +202,9 @@ impl Findings for PolicyFindings {
             };
             let _ = writeln!(out, "\n{}: {how}", style.good("accepted"));
         }
+        out.push_str(&strategies(report, style));
         if let Some(runs) = &report.runs {
-            out.push_str(&runs.text(style));
+            out.push_str(&if runs.objectives.is_empty() { runs.text(style) } else { runs.measured(style) });
         }
         if let Some(violation) = &report.violation {
             let _ = writeln!(out, "\n{}: {}", style.bad("refused"), escape::line(&violation.condition));
@@ -168,7 +220,44 @@ impl Findings for PolicyFindings {
     }
 }
 
+/// Lists the strategies of a property `multi(…)`.
+fn strategies(report: &PolicyReport, style: Style) -> String {
+    let mut out = String::new();
+    for (number, own) in (1..).zip(&report.strategies) {
+        let share =
+            own.share.map_or_else(String::new, |share| format!(", drawn with probability {share:.6}"));
+        let title = format!("Strategy {number}: {} states with memory{share}", grouped(own.nodes));
+        let _ = writeln!(out, "\n{}", style.bold(&title));
+        for ObjectiveValue { objective, claimed, value } in &own.objectives {
+            let _ = writeln!(out, "  {}", escape::line(objective));
+            let found = value.as_ref().map(|value| format!("; it is [{}, {}]", value.lower, value.upper));
+            let _ = writeln!(out, "    claimed: {claimed}{}", found.unwrap_or_default());
+        }
+    }
+    if report.accepted == Some(Some(true)) && !report.strategies.is_empty() {
+        let _ = writeln!(out, "\n{}: each strategy has the values that it claims", style.good("accepted"));
+    }
+    out
+}
+
 impl PolicyRuns {
+    /// Shows the means of the objectives.
+    fn measured(&self, style: Style) -> String {
+        let mut out = format!("\n{}\n", style.bold(&format!("{} runs", grouped(self.runs))));
+        for own in &self.objectives {
+            let _ = writeln!(out, "  {}", escape::line(&own.objective));
+            let measured = own.measured.map_or_else(|| "unknown".to_owned(), |x| format!("{x:.6}"));
+            let interval = own.interval.map(|[low, high]| format!(" (99 % interval {low:.6} to {high:.6})"));
+            let interval = interval.unwrap_or_default();
+            let _ = writeln!(out, "    claimed {:.6}, measured {measured}{interval}", own.claimed);
+            if own.open > 0 {
+                let _ =
+                    writeln!(out, "    {} given up after {} steps", grouped(own.open), grouped(self.limit));
+            }
+        }
+        out
+    }
+
     fn text(&self, style: Style) -> String {
         let title = format!("{} runs, {} reach the goal", grouped(self.runs), grouped(self.reached));
         let mut out = format!("\n{}\n", style.bold(&title));

@@ -32,6 +32,7 @@ mod limits;
 #[allow(dead_code, reason = "the objectives over paths are for other tests")]
 mod machines;
 mod memory;
+mod mix;
 mod models;
 mod names;
 mod nested;

@@ -578,6 +578,43 @@ class PolicyViolation(TypedDict):
     """A state for which it fails; `null` if the condition is not about a state."""
 
 
+class PolicyStrategiesObjectives(TypedDict):
+    """The value of an objective under a strategy."""
+
+    objective: str
+    """The text of the objective."""
+    claimed: float
+    """The value that the file claims."""
+    value: NotRequired[Bounds]
+    """Bounds of the value of the strategy; absent with `simulate`."""
+
+
+class PolicyStrategies(TypedDict):
+    """The values of a strategy of a property `multi(…)`."""
+
+    share: Union[float, None]
+    """The probability with which it is drawn; `null` for a point of a front."""
+    nodes: int
+    """The number of states that it visits, with its memory."""
+    objectives: List[PolicyStrategiesObjectives]
+    """The values of the objectives."""
+
+
+class PolicyRunsObjectives(TypedDict):
+    """The values of an objective in the runs of strategies of which one is drawn at the start."""
+
+    objective: str
+    """The text of the objective."""
+    claimed: float
+    """The mean of the values that the strategies claim."""
+    measured: Union[float, None]
+    """The mean over the runs; `null` if a reward was given up before it ended, or is infinite."""
+    interval: Union[List[float], None]
+    """The bounds that contain the true mean with a probability of 0.99; `null` if unknown."""
+    open: int
+    """The runs that were given up before the objective was decided."""
+
+
 class PolicyRunsFirst(TypedDict):
     """A step of a run."""
 
@@ -597,15 +634,17 @@ class PolicyRuns(TypedDict):
     seed: int
     """The seed of the random numbers."""
     reached: int
-    """The runs that reached the goal."""
+    """The runs that reached the goal; of a property `multi(…)`, those that decided all objectives."""
     given_up: int
     """The runs that were given up after `limit` steps."""
     mean_steps: Union[float, None]
     """The mean number of steps of the runs that reached the goal; `null` if none did."""
     most_steps: Union[int, None]
     """The largest number of these steps; `null` if no run reached the goal."""
+    objectives: NotRequired[List[PolicyRunsObjectives]]
+    """The objectives of a property `multi(…)`; absent for other policies."""
     first: List[PolicyRunsFirst]
-    """The steps of the first run."""
+    """The steps of the first run; none of a property `multi(…)`."""
     last: Union[State, None]
     """The state in which the first run ends."""
 
@@ -634,8 +673,8 @@ class PolicyReport(TypedDict):
     policy: str
     """The file of the policy."""
     accepted: NotRequired[Union[bool, None]]
-    """`verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound;
-    `null` if unknown, absent with `simulate`."""
+    """`verify`: the policy reaches the goal surely from all initial states, with `--strong` within a bound,
+    or the strategies of a property `multi(…)` have their values; `null` if unknown, absent with `simulate`."""
     states: Union[Count, None]
     """The number of states outside the goal that the policy visits; `null` if unknown, or if it is refused."""
     goal_states: Union[Count, None]
@@ -644,6 +683,8 @@ class PolicyReport(TypedDict):
     """The number of steps of the longest path; `null` if no bound exists, or as `states`."""
     violation: Union[PolicyViolation, None]
     """The first fault; `null` if there is none, or if it is unknown."""
+    strategies: NotRequired[List[PolicyStrategies]]
+    """The strategies of a property `multi(…)`, with their values; absent for other policies."""
     runs: NotRequired[PolicyRuns]
     """The runs of `simulate`; absent with `verify`."""
     time: PolicyTime

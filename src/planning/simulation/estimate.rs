@@ -26,12 +26,12 @@ pub struct Sample {
 
 impl Sample {
     /// Creates a sample without runs.
-    pub(crate) fn new(improvements: usize) -> Self {
+    pub fn new(improvements: usize) -> Self {
         Sample { improvements, runs: 0, reached: 0, open: 0, mean_cost: 0.0, squares: 0.0 }
     }
 
     /// Adds a run that made k improvements at a cost (B. P. Welford, 1962).
-    pub(crate) fn reach(&mut self, cost: f64) {
+    pub fn reach(&mut self, cost: f64) {
         (self.runs, self.reached) = (self.runs + 1, self.reached + 1);
         let before = cost - self.mean_cost;
         self.mean_cost += before / self.reached as f64;
@@ -39,7 +39,7 @@ impl Sample {
     }
 
     /// Adds a run that did not make k improvements; `open` if it was given up before.
-    pub(crate) fn miss(&mut self, open: bool) {
+    pub fn miss(&mut self, open: bool) {
         self.runs += 1;
         self.open += u64::from(open);
     }

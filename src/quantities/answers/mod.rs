@@ -7,13 +7,14 @@
 //! | [`outlook`] | what a strategy promises |
 //! | [`confirmed`] | bounds that one step confirms, for certificates |
 //! | [`path_values`], [`answer`] | probabilities of formulas and rewards until a target, without preferences |
-//! | [`several`] | several objectives at once |
+//! | [`several`], [`followed`] | several objectives at once; strategies for them, followed |
 //! | [`vector`] | numbers of all states of an [`Arena`](crate::equations::arena::Arena) |
 
 pub mod all_states;
 pub mod answer;
 pub mod choose;
 pub mod confirmed;
+pub mod followed;
 pub mod outlook;
 pub mod path_values;
 pub mod several;

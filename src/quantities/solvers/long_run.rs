@@ -61,7 +61,7 @@ pub(crate) fn values<N: Number>(
 }
 
 /// Returns whether a component is never left; then its states get the number `exit`.
-fn is_bottom(game: &GameGraph, component: &[u32], nodes: &mut [u32], exit: u32) -> bool {
+pub(crate) fn is_bottom(game: &GameGraph, component: &[u32], nodes: &mut [u32], exit: u32) -> bool {
     component.iter().for_each(|&state| nodes[state as usize] = exit);
     let stays =
         |&state: &u32| game.choices.successors(state as usize).iter().all(|&to| nodes[to as usize] == exit);

@@ -7,10 +7,12 @@
 //! - `paths`: the regions of formulas on paths.
 //! - `products`: formulas that need monitors, and the models in which these are evaluated.
 //! - `several`: several objectives at once.
+//! - `following`: strategies for them that files state.
 //! - `filters`: functions of the values in several states.
 
 mod condition;
 mod filters;
+mod following;
 mod number;
 mod numbers;
 mod operators;
@@ -22,6 +24,7 @@ mod several;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
+pub use following::{Following, Nodes, Objectives, StrategyFault, StrategyFaultKind};
 use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::Which;

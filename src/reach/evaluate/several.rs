@@ -46,17 +46,17 @@ struct Visited<S> {
 }
 
 /// An objective.
-struct Read {
+pub(super) struct Read {
     of: Of,
-    optimum: Optimum,
-    bound: Option<Ratio>,
+    pub(super) optimum: Optimum,
+    pub(super) bound: Option<Ratio>,
     /// The number asked for is 1 minus that of the objective.
-    negated: bool,
+    pub(super) negated: bool,
 }
 
 impl Read {
     /// Returns the objective, or that of which it is the complement.
-    fn objective(&self) -> Objective<'_> {
+    pub(super) fn objective(&self) -> Objective<'_> {
         let counted = match &self.of {
             Of::Until(Some(left), right) => Counted::Until(left, right),
             Of::Until(None, right) => Counted::Visit(right),
@@ -164,7 +164,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     }
 
     /// Reads the objectives.
-    fn read(&self, arena: &Arena<'_>, all: &[Term], state: &State) -> Result<Vec<Read>> {
+    pub(super) fn read(&self, arena: &Arena<'_>, all: &[Term], state: &State) -> Result<Vec<Read>> {
         let mut read = Vec::new();
         for objective in all {
             let TermKind::Operator(measured) = &objective.kind else { continue };

@@ -1,0 +1,233 @@
+//! Files of strategies for several objectives: `verify` and `simulate --policy` of what `reach --policy` writes for a
+//! property `multi(…)`.
+
+use std::sync::Arc;
+
+use meliora::reach::evaluate::{Evaluator, Model, Objectives};
+use meliora_base::error::{Error, SourceFile};
+use meliora_base::random::Draw;
+use meliora_engine::{ExplicitEngine, Settings};
+use meliora_lang::property::Named;
+use meliora_lang::property_file::{Asks, asks};
+use meliora_lang::{self as lang};
+use meliora_model::Program;
+use meliora_planning::Sample;
+use meliora_quantities::answer::PRECISION;
+use meliora_quantities::several::Node;
+use meliora_quantities::state_values::Bound;
+use meliora_report::PolicyReport;
+use meliora_report::mix::{self, ReadStrategy};
+use meliora_report::policy_report::{MeasuredObjective, ObjectiveValue, PolicyRuns, StrategyValues};
+
+use super::options::Limits;
+use super::supervise::Job;
+
+/// Strategies of a file, with their model.
+pub(super) struct MixFile {
+    program: Arc<Program>,
+    source: Arc<SourceFile>,
+    strategies: Vec<ReadStrategy>,
+    memory: u64,
+}
+
+impl MixFile {
+    /// Reads strategies.
+    ///
+    /// # Errors
+    /// The text is wrong, or about another model; the model is a game.
+    pub(super) fn new(source: &Arc<SourceFile>, program: Program, limits: Limits) -> Result<Self, Error> {
+        if program.players.is_some() {
+            let message =
+                "the strategies of `multi` are about models with one player; `strategy` is for games";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let (property, strategies) = mix::read(source, &program)?;
+        let source = SourceFile::new(format!("the property of {}", source.name), property);
+        Ok(MixFile { program: Arc::new(program), source, strategies, memory: limits.memory })
+    }
+
+    /// Checks the strategies, or runs them.
+    ///
+    /// # Errors
+    /// The property is wrong, or none with several objectives; a limit.
+    pub(super) fn work(&self, job: &Job<PolicyReport>, runs: Option<&PolicyRuns>) -> Result<(), Error> {
+        let build = |program: &Arc<Program>| {
+            let settings =
+                Settings { memory: self.memory, sink: Arc::clone(&job.sink) as _, ..Default::default() };
+            ExplicitEngine::new(Arc::clone(program), settings).map(Arc::new)
+        };
+        let property = lang::parse_property(&self.source)?;
+        let Asks { term, .. } = asks(&property, &self.program, &self.source, &Named::default())?;
+        let Some(term) = term else {
+            return Err(Error::Usage("the property of the file has no objectives".to_owned()));
+        };
+        let engine = build(&self.program)?;
+        let model = Model::new(&*engine, &self.program, &build, PRECISION);
+        let evaluator = Evaluator::new(&model, &self.source);
+        let objectives = evaluator.objectives(&term)?;
+        let count = objectives.texts().len();
+        if self.strategies.iter().any(|own| own.values.len() != count) {
+            let message = format!("each strategy needs one value for each of the {count} objectives");
+            return Err(Error::Usage(message));
+        }
+        let mut nodes = Vec::new();
+        for strategy in &self.strategies {
+            match objectives.nodes(&strategy.nodes) {
+                Ok(found) => nodes.push(found),
+                Err(fault) => {
+                    let (kind, state) = (fault.kind.to_string(), &fault.state);
+                    job.update(|r| r.refuse(&self.program, &kind, Some(state)));
+                    return Ok(());
+                }
+            }
+        }
+        match runs {
+            Some(runs) => self.simulate(job, &objectives, &nodes, runs),
+            None => self.check(job, &objectives, &nodes),
+        }
+    }
+
+    /// Returns a strategy with the values that it claims.
+    fn claims(&self, at: usize, objectives: &Objectives<'_>) -> StrategyValues {
+        let own = &self.strategies[at];
+        let objective = |(text, &claimed): (&String, &f64)| ObjectiveValue {
+            objective: text.clone(),
+            claimed,
+            value: None,
+        };
+        let objectives = objectives.texts().iter().zip(&own.values).map(objective).collect();
+        StrategyValues { share: own.share, nodes: own.nodes.len() as u64, objectives }
+    }
+
+    /// Checks that each strategy has the values that it claims, and that their mean satisfies the bounds.
+    fn check(
+        &self,
+        job: &Job<PolicyReport>,
+        objectives: &Objectives<'_>,
+        nodes: &[Vec<Node>],
+    ) -> Result<(), Error> {
+        let mut means = vec![0.0; objectives.texts().len()];
+        for (at, nodes) in nodes.iter().enumerate() {
+            job.sink.check()?;
+            let following = match objectives.follow(nodes)? {
+                Ok(following) => following,
+                Err(fault) => {
+                    let kind = fault.kind.to_string();
+                    job.update(|r| r.refuse(&self.program, &kind, Some(&fault.state)));
+                    return Ok(());
+                }
+            };
+            let mut shown = self.claims(at, objectives);
+            let mut wrong = None;
+            for (index, own) in shown.objectives.iter_mut().enumerate() {
+                let (found, holds) = following.attains(index, own.claimed)?;
+                means[index] += shown.share.unwrap_or_default() * own.claimed;
+                own.value = Some(Bound { lower: found.lower, upper: found.upper, exact: None });
+                if !holds {
+                    wrong.get_or_insert_with(|| {
+                        format!(
+                            "strategy {} does not attain the value {} of `{}`",
+                            at + 1,
+                            own.claimed,
+                            own.objective
+                        )
+                    });
+                }
+            }
+            job.update(|r| {
+                r.strategies.push(shown);
+                wrong.iter().for_each(|wrong| r.refuse(&self.program, wrong, None));
+            });
+        }
+        let is_front = self.strategies.iter().all(|own| own.share.is_none());
+        let missed = |&at: &usize| !objectives.is_satisfied(at, means[at], PRECISION);
+        let missed = (0..means.len()).find(missed).filter(|_| !is_front);
+        job.update(|r| {
+            if let Some(at) = missed {
+                let condition =
+                    format!("the strategies together do not satisfy `{}`", objectives.texts()[at]);
+                r.refuse(&self.program, &condition, None);
+            }
+            r.accepted = Some(Some(r.violation.is_none()));
+        });
+        Ok(())
+    }
+
+    /// Runs strategies, each drawn with its share, and measures the objectives.
+    fn simulate(
+        &self,
+        job: &Job<PolicyReport>,
+        objectives: &Objectives<'_>,
+        nodes: &[Vec<Node>],
+        runs: &PolicyRuns,
+    ) -> Result<(), Error> {
+        let shares: Option<Vec<f64>> = self.strategies.iter().map(|own| own.share).collect();
+        let Some(shares) = shares else {
+            let message = "the strategies of a front have no shares, so none is drawn: ask for bounds, as in `multi(Pmax=? [ F a ], P>=0.5 [ F b ])`";
+            return Err(Error::Usage(message.to_owned()));
+        };
+        let mut following = Vec::new();
+        for nodes in nodes {
+            match objectives.follow(nodes)? {
+                Ok(found) => following.push(found),
+                Err(fault) => {
+                    let kind = fault.kind.to_string();
+                    job.update(|r| r.refuse(&self.program, &kind, Some(&fault.state)));
+                    return Ok(());
+                }
+            }
+        }
+        let prepared = following.iter().map(|own| own.runs()).collect::<Result<Vec<_>, Error>>()?;
+        job.update(|r| r.strategies = (0..nodes.len()).map(|at| self.claims(at, objectives)).collect());
+        let count = objectives.texts().len();
+        let (mut samples, mut decided) = (vec![Sample::new(1); count], 0);
+        let mut endless = vec![false; count];
+        for number in 0..runs.runs {
+            job.sink.check()?;
+            let mut draw = Draw::numbered(runs.seed, number);
+            let strategy = draw.by_probability(shares.iter().copied());
+            let found = prepared[strategy].run(runs.limit, &mut draw);
+            decided += u64::from(found.iter().all(Option::is_some));
+            for (at, value) in found.into_iter().enumerate() {
+                endless[at] |= value == Some(f64::INFINITY);
+                match value {
+                    None => samples[at].miss(true),
+                    Some(0.0) if objectives.is_probability(at) => samples[at].miss(false),
+                    Some(value) => samples[at].reach(value),
+                }
+            }
+        }
+        let measured = |at: usize| {
+            let means = self.strategies.iter().zip(&shares).map(|(own, share)| own.values[at] * share);
+            let (objective, claimed) = (objectives.texts()[at].clone(), means.sum());
+            let of_probability = objectives.is_probability(at);
+            measured(objective, claimed, &samples[at], of_probability, endless[at])
+        };
+        job.update(|r| {
+            if let Some(runs) = &mut r.runs {
+                runs.reached = decided;
+                runs.given_up = runs.runs - decided;
+                runs.objectives = (0..count).map(measured).collect();
+            }
+        });
+        Ok(())
+    }
+}
+
+/// Returns what the runs measured of an objective.
+fn measured(
+    objective: String,
+    claimed: f64,
+    sample: &Sample,
+    of_probability: bool,
+    is_endless: bool,
+) -> MeasuredObjective {
+    let open = sample.open;
+    let (measured, interval) = match of_probability {
+        true => (Some(sample.share()), Some(sample.probability())),
+        false if open > 0 || is_endless => (None, None),
+        false => (Some(sample.mean_cost), sample.cost()),
+    };
+    let interval = interval.map(|(lower, upper)| [lower, upper]);
+    MeasuredObjective { objective, claimed, measured, interval, open }
+}

@@ -1,0 +1,283 @@
+//! A strategy for several objectives as a Markov chain: the values of the objectives, and random runs.
+
+use std::collections::BTreeMap;
+
+use bitvec::vec::BitVec;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
+use meliora_base::random::Draw;
+use meliora_model::Optimum;
+use num_traits::ToPrimitive;
+
+use crate::equations::arena::Arena;
+use crate::equations::game_graph::{GameGraph, Goal, Rewards};
+use crate::equations::meter::Meter;
+use crate::equations::number::{Bounds, Weight};
+use crate::path_values::Value;
+use crate::several::{Counted, Node, Taking};
+use crate::solvers::at_nodes::Vector;
+use crate::solvers::back::Back;
+use crate::solvers::groups::Entry;
+use crate::solvers::long_run::is_bottom;
+use crate::solvers::reaching::{Collected, Reaching};
+use crate::solvers::sides::Sides;
+
+/// The nodes of a strategy; each takes one step, with the chance of the strategy and of the model.
+pub struct Followed<'a> {
+    arena: &'a Arena<'a>,
+    nodes: &'a [Node],
+    chain: GameGraph,
+}
+
+/// A fault of a node that is none of a strategy of the model.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum NodeFault {
+    /// It takes no action.
+    Open,
+    /// The model has no choice with this position in its state.
+    Disabled(usize),
+    /// The nodes after a choice are not those of its successors, or have other probabilities.
+    Successors(usize),
+}
+
+/// The number that a path counts from a node on, if the node decides it.
+type Rest = Option<f64>;
+
+impl<'a> Followed<'a> {
+    /// Creates the chain with the probabilities of the model, or returns the first node with a fault. Cost: linear.
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub fn new(
+        arena: &'a Arena<'a>,
+        nodes: &'a [Node],
+    ) -> Result<std::result::Result<Self, (usize, NodeFault)>> {
+        let (mut meter, mut chain) = (arena.meter(), GameGraph::default());
+        chain.fractions = arena.fractions.clone();
+        for (number, node) in nodes.iter().enumerate() {
+            let mut entered: BTreeMap<u32, Ratio> = BTreeMap::new();
+            let share = Ratio::from_integer(node.choices.len().max(1).into());
+            for taking in &node.choices {
+                match successors(arena, nodes, node, taking) {
+                    Ok(found) => found.into_iter().for_each(|(to, p)| {
+                        *entered.entry(to).or_insert_with(Ratio::zero) += p / &share;
+                    }),
+                    Err(fault) => return Ok(Err((number, fault))),
+                }
+            }
+            if entered.is_empty() {
+                return Ok(Err((number, NodeFault::Open)));
+            }
+            meter.take(entered.len() * 8 + 16)?;
+            for (to, p) in entered {
+                chain.choices.to.push(to);
+                let weight = 2 * chain.fractions.number(p);
+                chain.weights.push(weight);
+            }
+            chain.choices.start.push(chain.choices.to.len() as u32);
+            chain.choices.first.push(number as u32 + 1);
+        }
+        Ok(Ok(Followed { arena, nodes, chain }))
+    }
+
+    /// Returns the nodes whose states are in a set.
+    fn members(&self, set: &BitVec) -> BitVec {
+        self.nodes.iter().map(|node| set[node.state]).collect()
+    }
+
+    /// Returns the mean reward of the choices of each node.
+    fn rewards(&self, of: &Rewards) -> Rewards {
+        let mut rewards = Rewards::default();
+        for node in self.nodes {
+            let sum: Ratio = node.choices.iter().map(|taking| of.choice(self.choice(node, taking))).sum();
+            let mean = sum / Ratio::from_integer(node.choices.len().into());
+            let [mean, zero] = [mean, Ratio::zero()].map(|x| rewards.fractions.number(x));
+            rewards.of_choice.push(mean);
+            rewards.of_state.push(zero);
+        }
+        rewards
+    }
+
+    /// Returns the number of a choice in the arena.
+    fn choice(&self, node: &Node, taking: &Taking) -> usize {
+        choice(self.arena, node, taking).unwrap_or_default()
+    }
+
+    /// Returns the expected number of an objective from the first node, or 1 minus it if it is `negated`; with fractions if
+    /// it is to be `exact`.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn value(&self, counted: Counted<'_>, negated: bool, exact: bool) -> Result<Value> {
+        let most = match counted {
+            Counted::Visit(_) | Counted::Until(..) | Counted::Recur(_) => 1.0,
+            Counted::Total(_) | Counted::Within(..) | Counted::Before(..) => f64::INFINITY,
+        };
+        let answer = match exact {
+            true => self.found::<Ratio>(counted)?.answer(most),
+            false => self.found::<f64>(counted)?.answer(most),
+        };
+        answer.end?;
+        let mut value = answer.values.into_iter().next().unwrap_or(Value::Finite(Bounds::point(0)));
+        if negated {
+            value.complement();
+        }
+        Ok(value)
+    }
+
+    fn found<E: Entry>(&self, counted: Counted<'_>) -> Result<Vector<E::Read>> {
+        let (mut meter, all) = (self.arena.meter(), self.all(true));
+        let reach = |target: &BitVec, left: &BitVec, collected: Collected<'_>, meter: &mut Meter<'_>| {
+            let goal = Goal::all(Optimum::Max);
+            Reaching { game: &self.chain, target, left, collected, goal }.values::<E>(meter)
+        };
+        match counted {
+            Counted::Visit(right) => reach(&self.members(right), &all, Collected::Target, &mut meter),
+            Counted::Until(left, right) => {
+                reach(&self.members(right), &self.members(left), Collected::Target, &mut meter)
+            }
+            Counted::Recur(set) => {
+                let ends =
+                    self.ends(|inside| inside.iter().any(|&node| set[self.nodes[node as usize].state]));
+                reach(&ends, &all, Collected::Target, &mut meter)
+            }
+            Counted::Total(rewards) => {
+                let rewards = self.rewards(rewards);
+                reach(&self.all(false), &all, Collected::Always(&rewards), &mut meter)
+            }
+            Counted::Before(rewards, set) => {
+                let rewards = self.rewards(rewards);
+                reach(&self.members(set), &all, Collected::Until(&rewards), &mut meter)
+            }
+            Counted::Within(rewards, steps) => {
+                let rewards = self.rewards(rewards);
+                let goal = Goal::all(Optimum::Max);
+                let back = Back::<E::Read>::new(&self.chain, goal, Some(&rewards), &mut meter)?;
+                let nothing = vec![E::Read::zero(); self.nodes.len()];
+                let values = back.steps(nothing, u64::from(steps), &mut meter, |_, best| best())?;
+                Ok(Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) })
+            }
+        }
+    }
+
+    fn all(&self, inside: bool) -> BitVec {
+        BitVec::repeat(inside, self.nodes.len())
+    }
+
+    /// Returns the nodes of the components that are never left and satisfy a condition.
+    fn ends(&self, is_wanted: impl Fn(&[u32]) -> bool) -> BitVec {
+        let (mut ends, mut place) = (self.all(false), vec![crate::equations::graph::NONE; self.nodes.len()]);
+        let found = self.chain.choices.components(0..self.nodes.len() as u32, |_| true);
+        for component in found.iter() {
+            if is_bottom(&self.chain, component, &mut place, 0) {
+                component.iter().for_each(|&node| place[node as usize] = crate::equations::graph::NONE);
+                let is_end = is_wanted(component);
+                component.iter().for_each(|&node| ends.set(node as usize, is_end));
+            }
+        }
+        ends
+    }
+
+    /// Returns the nodes from which some are reached through others.
+    fn near(&self, target: &BitVec, left: &BitVec) -> Result<BitVec> {
+        let (all, mut meter) = (self.all(true), self.arena.meter());
+        Ok(Sides::new(&self.chain.choices, &all, &all, &mut meter)?.positive(target, left))
+    }
+
+    /// Returns what a path counts from each node on, where the node decides it.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn rests(&self, counted: Counted<'_>) -> Result<Vec<Rest>> {
+        let all = self.all(true);
+        let (done, hopeless, lost) = match counted {
+            Counted::Visit(right) => {
+                let right = self.members(right);
+                let near = self.near(&right, &all)?;
+                (right, !near, 0.0)
+            }
+            Counted::Until(left, right) => {
+                let right = self.members(right);
+                let near = self.near(&right, &self.members(left))?;
+                (right, !near, 0.0)
+            }
+            Counted::Recur(set) => {
+                let hits = |inside: &[u32]| inside.iter().any(|&node| set[self.nodes[node as usize].state]);
+                (self.ends(hits), self.ends(|inside| !hits(inside)), 0.0)
+            }
+            Counted::Before(_, set) => {
+                let set = self.members(set);
+                let near = self.near(&set, &all)?;
+                return Ok(rests(&set, 0.0, &!near, f64::INFINITY));
+            }
+            Counted::Total(rewards) | Counted::Within(rewards, _) => {
+                let rewards = self.rewards(rewards);
+                let earning: BitVec = (0..self.nodes.len()).map(|node| !rewards.is_free(node)).collect();
+                let idle = !self.near(&earning, &all)?;
+                let endless = match counted {
+                    Counted::Total(_) => {
+                        self.ends(|inside| inside.iter().any(|&node| earning[node as usize]))
+                    }
+                    _ => self.all(false),
+                };
+                return Ok(rests(&idle, 0.0, &endless, f64::INFINITY));
+            }
+        };
+        Ok(rests(&done, 1.0, &hopeless, lost))
+    }
+
+    /// Returns the rewards of the choices of each node, by their positions in the node; none if nothing is collected.
+    pub fn gains(&self, counted: Counted<'_>) -> Vec<Vec<f64>> {
+        let (Counted::Total(rewards) | Counted::Within(rewards, _) | Counted::Before(rewards, _)) = counted
+        else {
+            return Vec::new();
+        };
+        let gain = |node: &Node, taking: &Taking| rewards.choice(self.choice(node, taking)).to_f64();
+        let of =
+            |node: &Node| node.choices.iter().map(|own| gain(node, own).unwrap_or(f64::INFINITY)).collect();
+        self.nodes.iter().map(of).collect()
+    }
+
+    /// Draws the position of an action of a node, and the node after it.
+    pub fn drawn(&self, node: usize, draw: &mut Draw) -> (usize, usize) {
+        let choices = &self.nodes[node].choices;
+        let at = draw.below(choices.len());
+        let successors = &choices[at].successors;
+        let next = draw.by_probability(successors.iter().map(|(_, p)| p.to_f64().unwrap_or_default()));
+        (at, successors[next].0)
+    }
+}
+
+fn rests(done: &BitVec, first: f64, lost: &BitVec, second: f64) -> Vec<Rest> {
+    let both = done.iter().zip(lost.iter());
+    both.map(|(done, lost)| if *done { Some(first) } else { lost.then_some(second) }).collect()
+}
+
+/// Returns the number of a choice in the arena.
+fn choice(arena: &Arena<'_>, node: &Node, taking: &Taking) -> Option<usize> {
+    arena.choices.of(node.state as u32).find(|&choice| arena.position(choice) == taking.position)
+}
+
+/// Returns the nodes after a choice with the probabilities of the model.
+fn successors(
+    arena: &Arena<'_>,
+    nodes: &[Node],
+    node: &Node,
+    taking: &Taking,
+) -> std::result::Result<Vec<(u32, Ratio)>, NodeFault> {
+    let choice = choice(arena, node, taking).ok_or(NodeFault::Disabled(taking.position))?;
+    let wrong = NodeFault::Successors(taking.position);
+    let mut expected: BTreeMap<usize, Ratio> = BTreeMap::new();
+    for (to, weight) in arena.edges(choice) {
+        *expected.entry(to as usize).or_insert_with(Ratio::zero) += &arena.fractions.list()[weight as usize];
+    }
+    let mut found = Vec::new();
+    for (to, said) in &taking.successors {
+        let p = nodes.get(*to).and_then(|after| expected.remove(&after.state));
+        match p.filter(|p| p.to_f64() == said.to_f64()) {
+            Some(p) => found.push((*to as u32, p)),
+            None => return Err(wrong),
+        }
+    }
+    if expected.is_empty() { Ok(found) } else { Err(wrong) }
+}

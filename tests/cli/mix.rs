@@ -1,0 +1,185 @@
+//! Strategies of `multi(…)` in files: `verify` computes their values again, `simulate --policy` measures them.
+
+use std::fs;
+
+use crate::common::{Finished, Scratch, meliora};
+use serde_json::{Value as Json, json};
+
+/// From 0, `a` leads to 1 or 2 and `b` to 3 or 4; 2 leads back at a cost; 5 and 6 form a cycle.
+const MODEL: &str = "mdp\nmodule m\n x : [0..6] init 0;\n\
+     [a] x=0 -> 0.5:(x'=1) + 0.5:(x'=2);\n [b] x=0 -> 1/3:(x'=3) + 2/3:(x'=4);\n [c] x=1 -> (x'=3);\n\
+     [d] x=1 -> (x'=4);\n [e] x=2 -> (x'=0);\n [f] x=2 -> (x'=4);\n [g] x=0 -> 0.5:(x'=5) + 0.5:(x'=4);\n\
+     [h] x=5 -> (x'=6);\n [i] x=6 -> (x'=5);\n [j] x=3 | x=4 -> true;\nendmodule\n\
+     rewards \"cost\" [a] true : 1; [b] true : 0.5; [e] true : 2; endrewards\n";
+
+/// Writes the strategies of a property; returns them with the paths of the model and of the file.
+fn written(scratch: &Scratch, property: &str) -> (Json, [String; 2]) {
+    let [model, out] = ["m.prism", "mix.json"].map(|name| scratch.show(name));
+    let mut command = meliora();
+    command.args(["reach", &model, "--property", property, "--policy", &out]);
+    let found = Finished::of(&mut command);
+    let text = fs::read_to_string(&out).unwrap_or_else(|e| panic!("{property}: {e} {}", found.stderr));
+    (serde_json::from_str(&text).unwrap(), [model, out])
+}
+
+fn verified(model: &str, file: &str) -> Finished {
+    Finished::of(meliora().args(["verify", file, model, "--json"]))
+}
+
+fn simulated(model: &str, file: &str, runs: &str) -> Finished {
+    Finished::of(meliora().args(["simulate", model, "--policy", file, "--runs", runs, "--json"]))
+}
+
+/// The kinds of objectives, also as negations.
+const PROPERTIES: [&str; 9] = [
+    "multi(Pmax=? [ F x=3 ], R{\"cost\"}<=2 [ F x>2 ])",
+    "multi(P>=0.5 [ F x=3 ], P>=0.25 [ F x=4 ])",
+    "multi(Pmax=? [ x!=1 U x=4 ], P>=0.1 [ F x=3 ])",
+    "multi(Pmin=? [ G x!=3 ], R{\"cost\"}<=1.25 [ C ])",
+    "multi(Pmax=? [ G F x=5 ], P>=0.25 [ F x=3 ])",
+    "multi(Pmin=? [ F G x=4 ], P>=0.5 [ F x>2 ])",
+    "multi(R{\"cost\"}max=? [ C<=3 ], P>=0.5 [ F x=4 ])",
+    "multi(R{\"cost\"}min=? [ C ], P>=0.4 [ F x=3 ])",
+    "multi(Pmax=? [ G x<=4 ], P<=0.75 [ F x=4 ])",
+];
+
+#[test]
+fn strategies_of_several_objectives_are_verified_and_measured() {
+    for property in PROPERTIES {
+        let scratch = Scratch::new(&[("m.prism", MODEL)]);
+        let (mix, [model, file]) = written(&scratch, property);
+        let checked = verified(&model, &file).expect(0).json();
+        assert_eq!(checked["accepted"], json!(true), "{property}");
+        let count = mix["strategies"].as_array().unwrap().len();
+        assert_eq!(checked["strategies"].as_array().unwrap().len(), count, "{property}");
+        let found = simulated(&model, &file, "4000").expect(0).json();
+        assert_eq!(found["runs"]["reached"], json!(4000), "{property}");
+        for own in found["runs"]["objectives"].as_array().unwrap() {
+            let [low, high] = [0, 1].map(|at| own["interval"][at].as_f64().unwrap());
+            let (claimed, wide) = (own["claimed"].as_f64().unwrap(), high - low);
+            assert!(low - wide <= claimed && claimed <= high + wide, "{property}: {own}");
+            assert!(wide < 0.4, "{property}: {own}");
+        }
+    }
+}
+
+/// Every strategy of two objectives with one claim, with its values: F x=3 by `b` is 1/3.
+#[test]
+fn the_values_of_a_strategy_are_those_of_its_chain() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, [model, file]) = written(
+        &scratch,
+        "multi(Pmax=? [ F x=3 ], P<=0.66666666666666667 [ F x=4 ], R{\"cost\"}<=0.5 [ C ])",
+    );
+    let checked = verified(&model, &file).expect(0).json();
+    let mut mean = [0.0; 3];
+    for own in checked["strategies"].as_array().unwrap() {
+        for (at, objective) in own["objectives"].as_array().unwrap().iter().enumerate() {
+            let value = &objective["value"];
+            let middle = f64::midpoint(value["lower"].as_f64().unwrap(), value["upper"].as_f64().unwrap());
+            mean[at] += own["share"].as_f64().unwrap() * middle;
+        }
+    }
+    for (mean, expected) in mean.into_iter().zip([1.0 / 3.0, 2.0 / 3.0, 0.5]) {
+        assert!((mean - expected).abs() < 1e-6, "{mean} {expected}");
+    }
+}
+
+/// Changes the first strategy, or the file.
+type Edit = fn(&mut Json);
+
+#[test]
+fn false_strategies_are_refused() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (mix, [model, file]) = written(&scratch, PROPERTIES[0]);
+    let judged = |edit: Edit| {
+        let mut changed = mix.clone();
+        edit(&mut changed);
+        fs::write(&file, changed.to_string()).unwrap();
+        [verified(&model, &file), simulated(&model, &file, "10")]
+    };
+    let fails: [(Edit, &str); 4] = [
+        (
+            |m| m["strategies"][0]["nodes"][0]["actions"] = json!([]),
+            "has no action in a state that it visits",
+        ),
+        (
+            |m| m["strategies"][0]["nodes"][0]["actions"][0]["successors"][0]["probability"] = json!(0.25),
+            "are not its successors with their probabilities",
+        ),
+        (
+            |m| {
+                let all = m["strategies"][0]["nodes"][0]["actions"][0]["successors"].as_array_mut();
+                all.unwrap().truncate(1);
+            },
+            "are not its successors with their probabilities",
+        ),
+        (
+            |m| m["strategies"][0]["nodes"].as_array_mut().unwrap().rotate_left(1),
+            "does not begin in the initial state",
+        ),
+    ];
+    for (edit, condition) in fails {
+        for found in judged(edit) {
+            let found = found.expect(1).json();
+            let said = found["violation"]["condition"].as_str().unwrap();
+            assert!(said.contains(condition), "{said}");
+        }
+    }
+    let claims: [(Edit, &str); 3] = [
+        (
+            |m| {
+                let value = &mut m["strategies"][0]["values"][0];
+                *value = json!(value.as_f64().unwrap() + 1e-9);
+            },
+            "does not attain the value",
+        ),
+        (
+            |m| {
+                let value = &mut m["strategies"][0]["values"][1];
+                *value = json!(value.as_f64().unwrap() - 1e-9);
+            },
+            "does not attain the value",
+        ),
+        (
+            |m| m["property"] = json!("multi(Pmax=? [ F x=3 ], R{\"cost\"}<=0.1 [ F x>2 ])"),
+            "the strategies together do not satisfy `R{\"cost\"}<=0.1 [ F x>2 ]`",
+        ),
+    ];
+    for (edit, condition) in claims {
+        let [found, _] = judged(edit);
+        let said = found.expect(1).json()["violation"]["condition"].as_str().unwrap().to_owned();
+        assert!(said.contains(condition), "{said}");
+    }
+    let texts: [(Edit, i32, &str); 6] = [
+        (|m| m["strategies"][0]["share"] = json!(0.9), 3, "sum to 1"),
+        (|m| m["strategies"] = json!([]), 3, "sum to 1"),
+        (
+            |m| m["strategies"][0]["nodes"][0]["state"] = json!({"y": 0}),
+            3,
+            "`y=0` is not a state of the model",
+        ),
+        (|m| m["strategies"][0]["nodes"][0]["actions"][0]["action"] = json!("z"), 3, "is not `z`"),
+        (|m| m["strategies"][0]["values"] = json!([1]), 2, "one value for each of the 2 objectives"),
+        (|m| m["property"] = json!("Pmax=? [ F x=3 ]"), 2, "has no objectives"),
+    ];
+    for (edit, status, message) in texts {
+        for found in judged(edit) {
+            let found = found.expect(status);
+            assert!(found.stderr.contains(message), "{}", found.stderr);
+        }
+    }
+}
+
+/// The strategies of a front have no shares, so none can be drawn.
+#[test]
+fn a_front_is_verified_and_not_simulated() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, [model, file]) = written(&scratch, "multi(Pmax=? [ F x=3 ], Pmax=? [ G F x=5 ])");
+    let found = verified(&model, &file).expect(0).json();
+    assert!(found["strategies"].as_array().unwrap().len() > 1, "{found}");
+    let found = simulated(&model, &file, "10").expect(2);
+    assert!(found.stderr.contains("have no shares"), "{}", found.stderr);
+    let found = Finished::of(meliora().args(["verify", &file, &model, "--strong"])).expect(2);
+    assert!(found.stderr.contains("have objectives of their own"), "{}", found.stderr);
+}
