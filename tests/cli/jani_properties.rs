@@ -321,3 +321,24 @@ fn comparisons_may_stand_in_either_order_and_be_negated() {
         assert_eq!(property["holds"], json!(holds), "{name}: {property}");
     }
 }
+
+/// If `reach` is a formula on paths, rewards are accumulated until it is satisfied.
+#[test]
+fn rewards_until_a_formula_are_not_those_until_a_set() {
+    let until = |target: &Json| json!({"op": "Emax", "exp": "late", "accumulate": ["exit"], "reach": target});
+    let left = binary("≥", &json!("x"), &json!(1));
+    let mut soon = unary("F", &left);
+    soon["step-bounds"] = json!({"upper": 0});
+    answered(
+        Some(0),
+        0,
+        &[
+            ("set", until(&left), json!(2)),
+            ("formula", until(&unary("F", &left)), json!(2)),
+            ("next", until(&unary("X", &left)), json!(2)),
+            ("too late", until(&soon), json!("inf")),
+            ("always", until(&unary("G", &left)), json!("no finite part of a path satisfies this one")),
+            ("compared", unary("¬", &binary("<", &until(&unary("X", &left)), &json!(2))), json!(true)),
+        ],
+    );
+}

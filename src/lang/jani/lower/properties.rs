@@ -1,10 +1,11 @@
 //! Properties: formulas and expressions over states, whose conditions become expressions in the pool of the program.
 
 use super::super::read::property::{Expressed, Stated};
+use super::super::read::single::{inequality, is_plain};
 use super::NO_MEANING;
 use super::scope::Place;
 use super::state::Lowering;
-use crate::ast::{BinaryOp, Expr, Node, NodeKind};
+use crate::ast::{Expr, Node, NodeKind};
 use crate::ltl::{Formula, FormulaKind};
 use crate::named::{Asked, Asks};
 use crate::property::check::parts;
@@ -108,13 +109,7 @@ impl Lowering<'_> {
         rewards: &[usize],
     ) -> Option<Option<Operator>> {
         let (&NodeKind::Binary(op), &[a, b]) = (kind, parts) else { return None };
-        let comparison = match op {
-            BinaryOp::Ge => Inequality::Ge,
-            BinaryOp::Gt => Inequality::Gt,
-            BinaryOp::Le => Inequality::Le,
-            BinaryOp::Lt => Inequality::Lt,
-            _ => return None,
-        };
+        let comparison = inequality(op)?;
         let (operator, bound, comparison) = match (a, b) {
             ([Node { kind: NodeKind::Operator(operator), .. }], bound) => (operator, bound, comparison),
             (bound, [Node { kind: NodeKind::Operator(operator), .. }]) => {
@@ -210,9 +205,4 @@ impl Lowering<'_> {
         }
         Some(formula)
     }
-}
-
-/// Returns whether an expression has no operators of properties and names no states that only properties name.
-fn is_plain(nodes: &[Node]) -> bool {
-    !nodes.iter().any(|node| matches!(node.kind, NodeKind::Operator(_) | NodeKind::Label(_)))
 }

@@ -1,6 +1,5 @@
 //! From the text to the tree: checks the shape of the document, and reports several errors per run.
 
-mod comparison;
 mod expr;
 mod filter;
 pub(super) mod model;
@@ -9,6 +8,7 @@ mod path;
 pub(super) mod property;
 pub(super) mod reader;
 pub(super) mod record;
+pub(super) mod single;
 pub(super) mod types;
 
 use std::sync::Arc;

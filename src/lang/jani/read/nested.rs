@@ -114,8 +114,12 @@ impl<'a> Reader<'a> {
         };
         let at = |moment: &str| moments.iter().any(|own| own == moment);
         let (steps, exit) = (at("steps"), at("exit"));
+        let reaches = match object.get("reach") {
+            Some(target) => !self.is_temporal(target)?,
+            None => false,
+        };
         let rewards = self.rewards.get_or_insert_default();
-        rewards.push(Reward { value, steps, exit });
+        rewards.push(Reward { value, steps, exit, reaches });
         Some(Rewards::Numbered(rewards.len()))
     }
 }

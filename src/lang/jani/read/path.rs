@@ -41,15 +41,7 @@ pub(super) fn eventually(target: Option<Expr>) -> Option<Formula> {
 }
 
 impl<'a> Reader<'a> {
-    /// Reads a formula on paths.
-    pub(super) fn path(&mut self, node: Node<'a>) -> Asks<Formula> {
-        if !self.is_temporal(node)? {
-            return no("its formula is not one on paths");
-        }
-        let mut operators = 0;
-        self.formula(node, &mut operators)
-    }
-
+    /// Reads a formula on paths; a condition is one on the first state.
     pub(super) fn formula(&mut self, node: Node<'a>, operators: &mut usize) -> Asks<Formula> {
         if !self.is_temporal(node)? {
             let e = Expr::read(self, node, "a state formula")?;
@@ -68,10 +60,6 @@ impl<'a> Reader<'a> {
         let kind = stack::level(|| match op.as_str() {
             "F" | "G" | "X" | "¬" => self.unary(&object, &op, operators),
             "U" | "W" | "R" | "∧" | "∨" | "⇒" => self.binary(&object, &op, operators),
-            _ if NESTED.contains(&op.as_str()) => {
-                Some(Err(format!("its formula is nested: it has \"{op}\" inside")))
-            }
-            _ if STATES.contains(&op.as_str()) => Some(Err(format!("its formula names the states \"{op}\""))),
             _ => Some(Err(format!("its operator is \"{op}\""))),
         })?;
         Some(kind.map(|kind| Formula { kind, span: node.span() }))
@@ -148,7 +136,7 @@ impl<'a> Reader<'a> {
             let Some(op) = object.get("op") else { continue };
             let op = self.name(op, "an operator")?.name;
             // Other operators of properties are conditions in formulas, where they may stand.
-            if is_of_properties(&op) && (!self.is_nesting() || TEMPORAL.contains(&op.as_str())) {
+            if TEMPORAL.contains(&op.as_str()) {
                 return Some(true);
             }
             if JOINING.contains(&op.as_str()) {

@@ -1,8 +1,7 @@
 //! Properties: those that ask for the probability of a formula on paths, or for the expected reward
 //! until a state set is reached, and reasons against the others.
 
-use super::super::json::{Node, Object, Shape};
-use super::path;
+use super::super::json::{Node, Shape};
 use super::reader::Reader;
 use super::record::{Read, records};
 use crate::ast::{Expr, Ident, Span};
@@ -121,19 +120,18 @@ pub(crate) struct Reward {
     pub(crate) steps: bool,
     /// At the end of a stay in a state: the value in the state.
     pub(crate) exit: bool,
+    /// True if it is accumulated until a set of states is reached, which is not a formula on paths.
+    pub(crate) reaches: bool,
 }
 
 impl<'a> Read<'a> for Asked {
     fn read(reader: &mut Reader<'a>, node: Node<'a>, _: &str) -> Option<Self> {
-        let told = reader.told();
-        let asked = reader.asked(node);
-        reader.take_back(told);
-        let question = asked.and_then(Result::ok);
-        if question.as_ref().is_some_and(|question| question.over.is_some()) {
-            return Some(Ok(Stated { question, expression: None }));
-        }
-        let expression = reader.expressed(node)?;
-        Some(expression.map(|expression| Stated { question, expression: Some(expression) }))
+        let expressed = reader.expressed(node)?;
+        Some(expressed.map(|expressed| {
+            let question = expressed.question();
+            let in_initial = question.as_ref().is_some_and(|question| question.over.is_some());
+            Stated { question, expression: (!in_initial).then_some(expressed) }
+        }))
     }
 }
 
@@ -143,52 +141,6 @@ pub(super) fn no<T>(reason: &str) -> Asks<T> {
 }
 
 impl<'a> Reader<'a> {
-    pub(super) fn asked(&mut self, node: Node<'a>) -> Asks<Question> {
-        let Shape::Object(object) = self.any(node)? else { return no(NO_PROBABILITY) };
-        let Some(op) = object.get("op") else { return no(NO_PROBABILITY) };
-        let op = self.name(op, "an operator")?.name;
-        match op.as_str() {
-            "filter" => self.filter(&object),
-            "Pmin" | "Pmax" | "Emin" | "Emax" => self.value(&object, &op, None),
-            "≥" | ">" | "≤" | "<" => self.comparison(&object, &op),
-            "¬" => self.negation(&object),
-            _ => no(NO_PROBABILITY),
-        }
-    }
-
-    /// Reads `Pmin`, `Pmax`, `Emin` or `Emax`.
-    pub(super) fn value(
-        &mut self,
-        object: &Object<'a>,
-        op: &str,
-        bound: Option<(Inequality, Expr)>,
-    ) -> Asks<Question> {
-        let extreme = if op.ends_with("max") { Extreme::Max } else { Extreme::Min };
-        if op.starts_with('P') {
-            self.known(object, "a probability", &["op", "exp"])?;
-            let path = self.required(object, "a property", "exp")?;
-            let formula = self.path(path)?;
-            let (reward, over) = (None, Some(Over::All));
-            return Some(formula.map(|formula| Question { formula, extreme, reward, bound, over }));
-        }
-        self.known(object, "an expected value", &["op", "exp", "accumulate", "reach"])?;
-        let (Some(target), Some(accumulated)) = (object.get("reach"), object.get("accumulate")) else {
-            return no(
-                "it asks for an expected value without accumulating it until a set of states is reached",
-            );
-        };
-        let moments = self.moments(accumulated)?;
-        let at = |moment: &str| moments.iter().any(|own| own == moment);
-        if self.is_temporal(target)? {
-            return no("its formula is nested");
-        }
-        let formula = path::eventually(Expr::read(self, target, "a target"));
-        let value = self.required(object, "an expected value", "exp")?;
-        let value = Expr::read(self, value, "a reward")?;
-        let reward = Some(Reward { value, steps: at("steps"), exit: at("exit") });
-        Some(Ok(Question { formula: formula?, extreme, reward, bound, over: Some(Over::All) }))
-    }
-
     /// Reads the moments at which rewards are accumulated.
     pub(super) fn moments(&mut self, node: Node<'a>) -> Option<Vec<String>> {
         let moments = Vec::<Ident>::read(self, node, "the moments of rewards")?;
