@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::edge_labels::EdgeLabels;
 use super::engine::{Algebra, Engine, Region};
 use super::explicit::{self, ExplicitEngine};
-use super::handover::HandOver;
+use super::handover::{Current, HandOver};
 use super::membership::Membership;
 use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
@@ -15,7 +15,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{Program, State, VarId};
 
-/// The symbolic or the explicit engine, or the symbolic one until the explicit one takes over. Clones share the
+/// The symbolic or the explicit engine, or several that take turns until the explicit one takes over. Clones share the
 /// explored states and the sets.
 #[derive(Clone)]
 pub struct AnyEngine {
@@ -26,7 +26,7 @@ pub struct AnyEngine {
 enum Inner {
     Symbolic(Arc<SymbolicEngine>),
     Explicit(Arc<ExplicitEngine>),
-    HandOver(Arc<HandOver>),
+    InTurns(Arc<HandOver>),
 }
 
 /// A set of states of an [`AnyEngine`].
@@ -56,13 +56,14 @@ pub(super) trait Of<E: Engine> {
 }
 
 macro_rules! sets_of {
-    ($any:ident, $set:ident, $translated:ident) => {
+    ($any:ident, $set:ident, $copied:ident, $listed:ident) => {
         impl Of<SymbolicEngine> for $any {
             type Set = symbolic::$set;
-            fn of(&self, _: &AnyEngine, _: &SymbolicEngine) -> Result<Cow<'_, symbolic::$set>> {
-                match self {
-                    $any::Symbolic(set) => Ok(Cow::Borrowed(set)),
-                    $any::Explicit(_) => Err(Error::ForeignSet),
+            fn of(&self, any: &AnyEngine, engine: &SymbolicEngine) -> Result<Cow<'_, symbolic::$set>> {
+                match (self, &any.inner) {
+                    ($any::Symbolic(set), Inner::InTurns(all)) => all.$copied(engine, set),
+                    ($any::Symbolic(set), _) => Ok(Cow::Borrowed(set)),
+                    ($any::Explicit(_), _) => Err(Error::ForeignSet),
                 }
             }
         }
@@ -72,7 +73,7 @@ macro_rules! sets_of {
             fn of(&self, any: &AnyEngine, _: &ExplicitEngine) -> Result<Cow<'_, explicit::$set>> {
                 match (self, &any.inner) {
                     ($any::Explicit(set), _) => Ok(Cow::Borrowed(set)),
-                    ($any::Symbolic(set), Inner::HandOver(both)) => both.$translated(set).map(Cow::Owned),
+                    ($any::Symbolic(set), Inner::InTurns(all)) => all.$listed(set).map(Cow::Owned),
                     _ => Err(Error::ForeignSet),
                 }
             }
@@ -92,48 +93,37 @@ macro_rules! sets_of {
     };
 }
 
-sets_of!(AnyStates, StateSet, explicit_states);
-sets_of!(AnyChoices, ChoiceSet, explicit_choices);
+sets_of!(AnyStates, StateSet, states_in, explicit_states);
+sets_of!(AnyChoices, ChoiceSet, choices_in, explicit_choices);
 
 /// Evaluates the same expression with the engine of either kind.
 macro_rules! on {
     ($any:expr, $engine:ident => $work:expr) => {
-        match $any.current() {
+        match $any.known() {
             Current::Symbolic($engine) => $work,
             Current::Explicit($engine) => $work,
         }
     };
 }
 
-/// Evaluates the same fallible expression with the engine of either kind, and once more with the explicit engine if it
-/// takes over.
+/// Evaluates the same fallible expression with the engine of either kind, or with several in turns.
 macro_rules! attempt {
-    ($any:expr, $engine:ident => $work:expr) => {
-        match $any.current() {
-            Current::Explicit($engine) => $work,
-            Current::Symbolic($engine) => {
-                let attempt = || $work;
-                let result = attempt();
-                match &$any.inner {
-                    Inner::HandOver(both) if both.has_ended(&result) => {
-                        both.take_over()?;
-                        match $any.current() {
-                            Current::Explicit($engine) => $work,
-                            // The memory does not suffice for both.
-                            Current::Symbolic(_) => attempt(),
-                        }
-                    }
-                    _ => result,
-                }
+    ($any:expr, $engine:ident => $work:expr) => {{
+        let work = |current: Current<'_>| match current {
+            Current::Symbolic(engine) => {
+                let $engine: &SymbolicEngine = engine;
+                $work
             }
+            Current::Explicit(engine) => {
+                let $engine: &ExplicitEngine = engine;
+                $work
+            }
+        };
+        match &$any.inner {
+            Inner::InTurns(all) => all.answer(&work),
+            _ => work($any.known()),
         }
-    };
-}
-
-/// The engine that evaluates an operation.
-enum Current<'e> {
-    Symbolic(&'e SymbolicEngine),
-    Explicit(&'e ExplicitEngine),
+    }};
 }
 
 impl AnyEngine {
@@ -150,7 +140,7 @@ impl AnyEngine {
 
     /// Returns the kind of the engine.
     pub fn storage(&self) -> Storage {
-        match self.current() {
+        match self.known() {
             Current::Symbolic(_) => Storage::Symbolic,
             Current::Explicit(_) => Storage::Explicit,
         }
@@ -158,31 +148,41 @@ impl AnyEngine {
 
     /// Returns the symbolic engine, or `None` if the engine is explicit.
     pub fn symbolic(&self) -> Option<&Arc<SymbolicEngine>> {
-        match &self.inner {
-            Inner::Symbolic(engine) => Some(engine),
-            Inner::Explicit(_) => None,
-            Inner::HandOver(both) => self.explicit().is_none().then(|| both.symbolic()),
+        match self.known() {
+            Current::Symbolic(engine) => Some(engine),
+            Current::Explicit(_) => None,
         }
     }
 
     /// Returns the explicit engine, or `None` if the engine is symbolic.
     pub fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
-        match &self.inner {
-            Inner::Symbolic(_) => None,
-            Inner::Explicit(engine) => Some(engine),
-            // Without it, diagrams go on.
-            Inner::HandOver(both) => both.explicit().ok().flatten(),
+        match self.known() {
+            Current::Symbolic(_) => None,
+            Current::Explicit(engine) => Some(engine),
         }
     }
 
-    fn current(&self) -> Current<'_> {
+    /// Returns the engines that take turns; `None` if there is one engine.
+    pub(super) fn in_turns(&self) -> Option<&HandOver> {
+        match &self.inner {
+            Inner::InTurns(all) => Some(all),
+            _ => None,
+        }
+    }
+
+    /// Runs an operation that cannot be repeated, without a limit of its steps.
+    fn at_once<T>(&self, operation: impl FnOnce() -> Result<T>) -> Result<T> {
+        match self.in_turns() {
+            Some(all) => all.at_once(operation),
+            None => operation(),
+        }
+    }
+
+    fn known(&self) -> Current<'_> {
         match &self.inner {
             Inner::Symbolic(engine) => Current::Symbolic(engine),
             Inner::Explicit(engine) => Current::Explicit(engine),
-            Inner::HandOver(both) => match self.explicit() {
-                Some(engine) => Current::Explicit(engine),
-                None => Current::Symbolic(both.symbolic()),
-            },
+            Inner::InTurns(all) => all.known(),
         }
     }
 
@@ -196,7 +196,7 @@ impl AnyEngine {
         match (&self.inner, &other.inner) {
             (Inner::Symbolic(a), Inner::Symbolic(b)) => a.shares(b),
             (Inner::Explicit(a), Inner::Explicit(b)) => a.shares(b),
-            (Inner::HandOver(a), Inner::HandOver(b)) => a.shares(b),
+            (Inner::InTurns(a), Inner::InTurns(b)) => a.shares(b),
             _ => false,
         }
     }
@@ -215,8 +215,8 @@ impl From<ExplicitEngine> for AnyEngine {
 }
 
 impl From<HandOver> for AnyEngine {
-    fn from(both: HandOver) -> Self {
-        AnyEngine { inner: Inner::HandOver(Arc::new(both)) }
+    fn from(all: HandOver) -> Self {
+        AnyEngine { inner: Inner::InTurns(Arc::new(all)) }
     }
 }
 
@@ -344,7 +344,7 @@ impl Engine for AnyEngine {
         Ok(match &self.inner {
             Inner::Symbolic(e) => e.with_coalition(coalition)?.into(),
             Inner::Explicit(e) => e.with_coalition(coalition)?.into(),
-            Inner::HandOver(both) => both.with_coalition(self, coalition)?.into(),
+            Inner::InTurns(all) => all.with_coalition(self, coalition)?.into(),
         })
     }
 
@@ -369,7 +369,7 @@ impl Engine for AnyEngine {
         Ok(match &self.inner {
             Inner::Symbolic(e) => e.restricted_to(&region_of(self, &**e, to)?)?.into(),
             Inner::Explicit(e) => e.restricted_to(&region_of(self, &**e, to)?)?.into(),
-            Inner::HandOver(both) => both.restricted_to(self, to)?.into(),
+            Inner::InTurns(all) => all.restricted_to(self, to)?.into(),
         })
     }
 
@@ -450,13 +450,8 @@ impl Engine for AnyEngine {
     }
 
     fn set_of(&self, states: &mut dyn Iterator<Item = State>) -> Result<AnyStates> {
-        match &self.inner {
-            // The states cannot be listed twice.
-            Inner::HandOver(both) if self.explicit().is_none() => {
-                both.at_once(|e| Ok(e.set_of(states)?.into()))
-            }
-            _ => on!(self, e => Ok(e.set_of(states)?.into())),
-        }
+        // The states cannot be listed twice.
+        self.at_once(|| on!(self, e => Ok(e.set_of(states)?.into())))
     }
 
     fn slice(&self, fixed: &[(VarId, i64)]) -> Result<AnyStates> {
@@ -468,10 +463,17 @@ impl Engine for AnyEngine {
     }
 
     fn membership<'e>(&'e self, sets: &[&AnyStates]) -> Result<Box<dyn Membership + 'e>> {
-        attempt!(self, e => {
-            let sets = sets.iter().map(|x| x.of(self, e)).collect::<Result<Vec<_>>>()?;
-            e.membership(&sets.iter().map(|x| &**x).collect::<Vec<_>>())
-        })
+        let own = attempt!(self, e => {
+            sets.iter().map(|x| Ok(AnyStates::from(x.of(self, e)?.into_owned()))).collect::<Result<Vec<_>>>()
+        })?;
+        let sets = || -> Result<_> {
+            on!(self, e => {
+                let e = &**e;
+                let sets = own.iter().map(|x| x.of(self, e)).collect::<Result<Vec<_>>>()?;
+                e.membership(&sets.iter().map(|x| &**x).collect::<Vec<_>>())
+            })
+        };
+        self.at_once(sets)
     }
 
     fn contains_choice(&self, c: &AnyChoices, state: &[i64], choice: &Choice) -> Result<bool> {
@@ -480,14 +482,14 @@ impl Engine for AnyEngine {
 
     fn usage(&self) -> Usage {
         match &self.inner {
-            Inner::HandOver(both) => both.usage(),
+            Inner::InTurns(all) => all.usage(),
             _ => on!(self, e => e.usage()),
         }
     }
 
     fn settings(&self) -> &Settings {
         match &self.inner {
-            Inner::HandOver(both) => both.settings(),
+            Inner::InTurns(all) => all.settings(),
             _ => on!(self, e => e.settings()),
         }
     }

@@ -5,14 +5,11 @@ use std::sync::Arc;
 use super::budget::Budget;
 use super::explicit::{Exploration, Guided, Pace};
 use super::schedule::Schedule;
-use super::settings::{Settings, Storage};
+use super::settings::{MEMORY_SHARE, Settings, Storage};
 use super::symbolic::{self, Exploring, Question};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-
-/// The share of the explicit engine in the memory, while it takes turns: one in this many bytes.
-const MEMORY_SHARE: u64 = 8;
 
 /// The way that was the first to end, with its result.
 pub(crate) enum First {

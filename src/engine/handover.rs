@@ -1,34 +1,39 @@
-//! A question that diagrams begin to answer, and that the explicit engine takes over.
+//! A question that several engines answer in turns, after diagrams have found the states.
+//!
+//! The order of the bits by which the states were found need not be the best one for the question. So that order and the
+//! others that an exploration tries take turns, counted in steps. The first order has the first turn alone; an operation
+//! that does not end in it is begun by the others, too, each in a thread of its own, of which one runs at a time. The
+//! first to end goes on with the question. Sets of other orders are translated where they are used.
 //!
 //! The work of a question is not known before it is answered, but that of the explicit engine is: its fixpoints are
-//! linear in the states and their successors, whose number diagrams know. So diagrams have as many steps as the explicit
-//! engine needs to list the states. After these, it lists them and answers the rest of the question; sets of diagrams are
-//! translated where they are used.
+//! linear in the states and their successors, whose number diagrams know. So all orders together have as many steps as
+//! the explicit engine needs to list the states. After these, it lists them and answers the rest of the question.
 
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
-use ahash::AHashMap;
-
-use super::any::{self, AnyChoices, AnyEngine, AnyStates};
+use super::any::{AnyChoices, AnyEngine, AnyStates, Of, region_of};
 use super::budget::Budget;
 use super::engine::{Engine, Region};
-use super::explicit::{self, ExplicitEngine, Exploration, Groups, PartOfGroups};
-use super::membership;
-use super::settings::{Settings, Storage, Usage};
-use super::symbolic::{self, OfGroup, SymbolicEngine};
-use meliora_base::error::{Error, Limit, Result};
+use super::explicit::ExplicitEngine;
+use super::order_turns::{Next, Shared, Turns};
+use super::rest::Rest;
+use super::settings::{Settings, Usage};
+use super::symbolic::SymbolicEngine;
+use meliora_base::error::{Error, Result};
 
-/// An engine of diagrams whose question the explicit engine may take over.
+/// Engines for the same states: one of diagrams for each order, and the explicit one once it has taken over.
 #[derive(Clone)]
 pub(super) struct HandOver {
-    symbolic: Arc<SymbolicEngine>,
     origin: Origin,
-    /// The explicit engine of the same origin, once it has taken over.
-    own: OnceLock<Arc<ExplicitEngine>>,
-    shared: Arc<Shared>,
+    /// The engine whose turn it was when this value was made.
+    first: One,
+    /// The engines of diagrams that were needed, by their order.
+    diagrams: Vec<OnceLock<Arc<SymbolicEngine>>>,
+    explicit: OnceLock<Arc<ExplicitEngine>>,
+    pub(super) shared: Arc<Shared>,
 }
 
-/// The operation that made an engine.
+/// The operation that made the engines.
 #[derive(Clone)]
 enum Origin {
     Model,
@@ -36,143 +41,54 @@ enum Origin {
     Region(Box<AnyEngine>, Region<AnyStates, AnyChoices>),
 }
 
-/// The parts that all engines for a model share.
-struct Shared {
-    settings: Settings,
-    budget: Arc<Budget>,
-    /// All states.
-    all: symbolic::StateSet,
-    /// The steps of the question after which the explicit engine takes over.
-    steps: u64,
-    /// The states that the explicit engine has explored; `None` once it has tried to take over.
-    rest: Mutex<Option<Rest>>,
-    /// The explicit engine of the whole model, once it has taken over.
-    explicit: OnceLock<Arc<ExplicitEngine>>,
-    /// The number of each choice among the groups of the symbolic engine.
-    groups: OnceLock<Groups>,
-    /// The sets translated so far: diagrams are made no more, so these are at most those in use at the time.
-    translated: Mutex<Translated>,
+#[derive(Clone)]
+enum One {
+    Symbolic(Arc<SymbolicEngine>),
+    Explicit(Arc<ExplicitEngine>),
 }
 
-/// Sets of the explicit engine by those of the symbolic one.
-#[derive(Default)]
-struct Translated {
-    states: AHashMap<symbolic::StateSet, explicit::StateSet>,
-    choices: AHashMap<symbolic::ChoiceSet, explicit::ChoiceSet>,
-}
-
-/// The exploration by the explicit engine.
-pub(super) struct Rest {
-    /// The states explored so far, if there are any.
-    pub(super) exploration: Option<Box<Exploration>>,
-    /// The settings of the engine.
-    pub(super) settings: Settings,
-    /// The number of states.
-    pub(super) states: usize,
+/// An engine of either kind.
+#[derive(Clone, Copy)]
+pub(super) enum Current<'e> {
+    Symbolic(&'e Arc<SymbolicEngine>),
+    Explicit(&'e Arc<ExplicitEngine>),
 }
 
 impl HandOver {
-    /// Gives an engine some steps for a question. The budget is the sink of its settings.
-    pub(super) fn new(symbolic: SymbolicEngine, budget: Arc<Budget>, steps: u64, rest: Rest) -> Self {
-        budget.allow(steps);
-        let (settings, explicit, groups) = (rest.settings.clone(), OnceLock::new(), OnceLock::new());
-        let (rest, translated) = (Mutex::new(Some(rest)), Mutex::default());
-        let shared = Arc::new(Shared {
-            settings,
-            budget,
-            all: symbolic.all_states(),
-            steps,
-            rest,
-            explicit,
-            groups,
-            translated,
-        });
-        HandOver { symbolic: Arc::new(symbolic), origin: Origin::Model, own: OnceLock::new(), shared }
+    /// Begins a question with the engine that has found the states; see [`Shared::new`].
+    pub(super) fn new(
+        first: SymbolicEngine,
+        settings: Settings,
+        budget: Arc<Budget>,
+        rest: Option<(Rest, u64)>,
+    ) -> Self {
+        let first = Arc::new(first);
+        let shared = Shared::new(Arc::clone(&first), settings, budget, rest);
+        HandOver::of(Origin::Model, One::Symbolic(first), Arc::new(shared))
     }
 
-    pub(super) fn symbolic(&self) -> &Arc<SymbolicEngine> {
-        &self.symbolic
+    fn of(origin: Origin, first: One, shared: Arc<Shared>) -> Self {
+        let diagrams = vec![OnceLock::new(); shared.orders()];
+        HandOver { origin, first, diagrams, explicit: OnceLock::new(), shared }
     }
 
-    /// Returns the explicit engine, if it has taken over.
-    ///
-    /// # Errors
-    /// A limit.
-    pub(super) fn explicit(&self) -> Result<Option<&Arc<ExplicitEngine>>> {
-        let Some(whole) = self.shared.explicit.get() else { return Ok(None) };
-        if let Some(own) = self.own.get() {
-            return Ok(Some(own));
-        }
-        let of = |parent: &AnyEngine| parent.explicit().cloned().ok_or(Error::ForeignSet);
-        let own = match &self.origin {
-            Origin::Model => Arc::clone(whole),
-            Origin::Coalition(parent, coalition) => Arc::new(of(parent)?.with_coalition(coalition)?),
-            Origin::Region(parent, region) => {
-                let own = of(parent)?;
-                Arc::new(own.restricted_to(&any::region_of(parent, &*own, region)?)?)
-            }
-        };
-        Ok(Some(self.own.get_or_init(|| own)))
-    }
-
-    /// Returns whether an operation ended since no steps were left.
-    pub(super) fn has_ended<T>(&self, result: &Result<T>) -> bool {
-        matches!(result, Err(Error::Limit(Limit::Interrupted))) && self.shared.budget.has_ended()
-    }
-
-    /// Lets the explicit engine take over, if the memory suffices for both.
-    ///
-    /// # Errors
-    /// A limit of the whole work.
-    pub(super) fn take_over(&self) -> Result<()> {
-        let mut rest = self.shared.rest.lock().unwrap_or_else(PoisonError::into_inner);
-        self.shared.budget.lift();
-        let Some(rest) = rest.take() else { return Ok(()) };
-        if let Some(engine) = rest.explore(&self.symbolic)? {
-            drop(self.shared.explicit.set(Arc::new(engine)));
-        }
-        Ok(())
-    }
-
-    /// Runs an operation of diagrams that cannot be repeated, without a limit of its steps.
-    pub(super) fn at_once<T>(&self, operation: impl FnOnce(&SymbolicEngine) -> Result<T>) -> Result<T> {
-        let budget = &self.shared.budget;
-        let left = budget.left();
-        budget.lift();
-        let result = operation(&self.symbolic);
-        budget.allow(left);
-        result
-    }
-
-    /// Returns an engine with other players.
+    /// Returns engines with other players.
     pub(super) fn with_coalition(&self, engine: &AnyEngine, coalition: &[bool]) -> Result<Self> {
-        let make = |symbolic: &SymbolicEngine| symbolic.with_coalition(coalition);
-        self.child(make, Origin::Coalition(Box::new(engine.clone()), coalition.to_vec()))
+        self.child(Origin::Coalition(Box::new(engine.clone()), coalition.to_vec()))
     }
 
-    /// Returns an engine for a part of the model.
+    /// Returns engines for a part of the model.
     pub(super) fn restricted_to(
         &self,
         engine: &AnyEngine,
         to: &Region<AnyStates, AnyChoices>,
     ) -> Result<Self> {
-        let make = |symbolic: &SymbolicEngine| symbolic.restricted_to(&any::region_of(engine, symbolic, to)?);
-        self.child(make, Origin::Region(Box::new(engine.clone()), to.clone()))
+        self.child(Origin::Region(Box::new(engine.clone()), to.clone()))
     }
 
-    /// Returns an engine that an operation makes. Once the explicit engine has taken over, that of diagrams only
-    /// translates sets, and remains as it is.
-    fn child(
-        &self,
-        make: impl FnOnce(&SymbolicEngine) -> Result<SymbolicEngine>,
-        origin: Origin,
-    ) -> Result<Self> {
-        let symbolic = match self.shared.explicit.get() {
-            Some(_) => Arc::clone(&self.symbolic),
-            None => Arc::new(self.at_once(make)?),
-        };
-        let child = HandOver { symbolic, origin, own: OnceLock::new(), shared: Arc::clone(&self.shared) };
-        child.explicit()?;
+    fn child(&self, origin: Origin) -> Result<Self> {
+        let mut child = HandOver::of(origin, self.first.clone(), Arc::clone(&self.shared));
+        child.first = child.answer(&|engine: Current<'_>| Ok(engine.cloned()))?;
         Ok(child)
     }
 
@@ -181,119 +97,136 @@ impl HandOver {
         Arc::ptr_eq(&self.shared, &other.shared)
     }
 
-    /// Returns a set of states as one of the explicit engine.
+    /// Returns the engine whose turn it is.
     ///
     /// # Errors
-    /// A limit; the set belongs to another engine.
-    pub(super) fn explicit_states(&self, x: &symbolic::StateSet) -> Result<explicit::StateSet> {
-        if let Some(known) = self.translated().states.get(x) {
-            return Ok(known.clone());
+    /// A limit, such as the steps of the turn.
+    pub(super) fn current(&self) -> Result<Current<'_>> {
+        match self.shared.explicit.get() {
+            Some(_) => self.explicit().map(Current::Explicit),
+            None => self.diagrams(self.shared.at()).map(Current::Symbolic),
         }
-        let whole = self.whole()?;
-        let found = match *x == self.shared.all {
-            true => whole.all_states(),
-            false => whole.adopt_states(&*self.symbolic.membership(&[x])?)?,
+    }
+
+    /// Returns the engine whose turn it is, or the first one if that cannot be made in this turn.
+    pub(super) fn known(&self) -> Current<'_> {
+        self.current().unwrap_or(match &self.first {
+            One::Symbolic(engine) => Current::Symbolic(engine),
+            One::Explicit(engine) => Current::Explicit(engine),
+        })
+    }
+
+    fn explicit(&self) -> Result<&Arc<ExplicitEngine>> {
+        let whole = || self.shared.explicit.get().ok_or(Error::ForeignSet);
+        self.made(&self.explicit, &whole, &|parent| parent.explicit())
+    }
+
+    fn diagrams(&self, order: usize) -> Result<&Arc<SymbolicEngine>> {
+        let whole = || self.shared.whole(order);
+        self.made(&self.diagrams[order], &whole, &|parent| parent.diagrams(order))
+    }
+
+    /// Makes an engine by the operation that made this value, once, from that of the whole model or of the parent.
+    fn made<'h, E: Engine>(
+        &'h self,
+        own: &'h OnceLock<Arc<E>>,
+        whole: &dyn Fn() -> Result<&'h Arc<E>>,
+        of: &dyn Fn(&'h HandOver) -> Result<&'h Arc<E>>,
+    ) -> Result<&'h Arc<E>>
+    where
+        AnyStates: Of<E, Set = E::States>,
+        AnyChoices: Of<E, Set = E::Choices>,
+    {
+        if let Some(own) = own.get() {
+            return Ok(own);
+        }
+        let of = |parent: &'h AnyEngine| of(parent.in_turns().ok_or(Error::ForeignSet)?);
+        let made = match &self.origin {
+            Origin::Model => Arc::clone(whole()?),
+            Origin::Coalition(parent, coalition) => Arc::new(of(parent)?.with_coalition(coalition)?),
+            Origin::Region(parent, region) => {
+                let of = of(parent)?;
+                Arc::new(of.restricted_to(&region_of(parent, &**of, region)?)?)
+            }
         };
-        self.translated().states.insert(x.clone(), found.clone());
-        Ok(found)
+        Ok(own.get_or_init(|| made))
     }
 
-    fn translated(&self) -> MutexGuard<'_, Translated> {
-        self.shared.translated.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Returns a set of choices as one of the explicit engine.
+    /// Runs an operation by the engine whose turn it is. If that has no steps or no memory left, all orders take turns
+    /// with the operation, each in a thread of its own, until the first of them has the result.
     ///
     /// # Errors
-    /// A limit; the set belongs to another engine.
-    pub(super) fn explicit_choices(&self, c: &symbolic::ChoiceSet) -> Result<explicit::ChoiceSet> {
-        if let Some(known) = self.translated().choices.get(c) {
-            return Ok(known.clone());
+    /// The error of the operation; a limit of the whole work, or of the last engine.
+    pub(super) fn answer<T: Send>(
+        &self,
+        operation: &(impl Fn(Current<'_>) -> Result<T> + Sync),
+    ) -> Result<T> {
+        loop {
+            let result = self.current().and_then(operation);
+            let mut turns = self.shared.turns();
+            match self.shared.after(&mut turns, &result)? {
+                Next::Nobody => return result,
+                Next::Alone => {}
+                Next::Turns => {
+                    if let Some(found) = self.in_turns(&mut turns, operation)? {
+                        return Ok(found);
+                    }
+                }
+            }
         }
-        let parts = self.symbolic.by_group(c)?;
-        let found = match parts.iter().any(|part| matches!(part, OfGroup::Part(_) | OfGroup::Nothing)) {
-            true => self.chosen_in(&parts)?,
-            false => self.whole()?.all_choices(),
-        };
-        self.translated().choices.insert(c.clone(), found.clone());
-        Ok(found)
     }
 
-    /// Returns the pairs of some parts of all groups.
-    fn chosen_in(&self, parts: &[OfGroup]) -> Result<explicit::ChoiceSet> {
-        let whole: Vec<bool> = parts.iter().map(|part| matches!(part, OfGroup::All)).collect();
-        let some = parts.iter().enumerate().filter_map(|(group, part)| match part {
-            OfGroup::Part(states) => Some((group, states)),
-            OfGroup::All | OfGroup::Nothing => None,
-        });
-        let (groups, states): (Vec<usize>, Vec<&symbolic::StateSet>) = some.unzip();
-        let chunks = groups.chunks(membership::MOST).zip(states.chunks(membership::MOST));
-        let part = |(groups, states): (&[usize], &[&symbolic::StateSet])| {
-            Ok(PartOfGroups { groups: groups.to_vec(), test: self.symbolic.membership(states)? })
-        };
-        let parts = chunks.map(part).collect::<Result<Vec<_>>>()?;
-        self.whole()?.adopt_choices(self.groups()?, &whole, &parts)
+    /// Runs an operation by all orders in turns. Returns the result of the first one to end; `None` if the explicit engine
+    /// has to take over before.
+    fn in_turns<T: Send>(
+        &self,
+        turns: &mut Turns,
+        operation: &(impl Fn(Current<'_>) -> Result<T> + Sync),
+    ) -> Result<Option<T>> {
+        let shared = &*self.shared;
+        shared.translated.forget_copies();
+        shared.budgets().for_each(Budget::begin_turns);
+        std::thread::scope(|scope| {
+            let found = shared.first_to_end(turns, |order| {
+                let work = move || {
+                    let _done = shared.budget(order).done();
+                    self.diagrams(order).and_then(|engine| operation(Current::Symbolic(engine)))
+                };
+                std::thread::Builder::new().spawn_scoped(scope, work)
+            });
+            // Those that wait end.
+            shared.budgets().for_each(Budget::end_turns);
+            found
+        })
     }
 
-    fn groups(&self) -> Result<&Groups> {
-        if let Some(groups) = self.shared.groups.get() {
-            return Ok(groups);
-        }
-        let groups = self.whole()?.group(&mut |choice| self.symbolic.group_of(choice).unwrap_or(0) as u32)?;
-        Ok(self.shared.groups.get_or_init(|| groups))
-    }
-
-    fn whole(&self) -> Result<&ExplicitEngine> {
-        Ok(self.shared.explicit.get().ok_or(Error::ForeignSet)?)
+    /// Runs an operation of diagrams that cannot be repeated, without a limit of its steps.
+    pub(super) fn at_once<T>(&self, operation: impl FnOnce() -> Result<T>) -> Result<T> {
+        let budget = self.shared.budget(self.shared.at());
+        let left = budget.left();
+        budget.lift();
+        let result = operation();
+        budget.allow(left);
+        result
     }
 
     /// Returns the settings, with the sink of the whole work.
     pub(super) fn settings(&self) -> &Settings {
-        &self.shared.settings
+        self.shared.settings()
     }
 
-    /// Returns the resources that both engines have used so far.
+    /// Returns the resources that all engines have used so far.
     pub(super) fn usage(&self) -> Usage {
-        let mut usage = self.symbolic.usage();
-        if let Some(explicit) = self.shared.explicit.get() {
-            usage.bytes += explicit.usage().bytes;
-            usage.taken_over_after = Some(self.shared.steps);
-        }
-        usage
+        self.shared.usage()
     }
 }
 
-impl Rest {
-    /// Explores the rest of the states that diagrams know; `None` if they do not fit the memory left.
-    ///
-    /// # Errors
-    /// A limit of the whole work.
-    pub(super) fn explore(self, symbolic: &SymbolicEngine) -> Result<Option<ExplicitEngine>> {
-        match self.engine(symbolic) {
-            Err(Error::Limit(Limit::Memory { .. } | Limit::Size { .. } | Limit::States(_))) => Ok(None),
-            engine => engine.map(Some),
+impl Current<'_> {
+    fn cloned(self) -> One {
+        match self {
+            Current::Symbolic(engine) => One::Symbolic(Arc::clone(engine)),
+            Current::Explicit(engine) => One::Explicit(Arc::clone(engine)),
         }
-    }
-
-    fn engine(self, symbolic: &SymbolicEngine) -> Result<ExplicitEngine> {
-        let memory = self.settings.memory.saturating_sub(symbolic.usage().bytes);
-        let mut exploration = match self.exploration {
-            Some(mut exploration) => {
-                exploration.set_memory(memory);
-                *exploration
-            }
-            None => {
-                let settings = Settings { memory, storage: Storage::Explicit, ..self.settings };
-                Exploration::new(Arc::clone(symbolic.program()), settings)?
-            }
-        };
-        if !exploration.has_begun() {
-            // Diagrams know the states in which paths begin. The search for them may take much longer.
-            let start = symbolic.beginnings()?.unwrap_or_else(|| symbolic.all_states());
-            exploration.begin_with(&symbolic.list_states(&start, usize::MAX)?)?;
-        }
-        exploration.expect(self.states);
-        ExplicitEngine::explored(exploration)
     }
 }
 
@@ -301,7 +234,7 @@ impl Rest {
 mod tests {
     use super::*;
     use crate::regions::regions;
-    use crate::settings::Count;
+    use crate::settings::{Count, Storage};
     use meliora_base::error::SourceFile;
     use meliora_base::progress::NoProgress;
 
@@ -317,8 +250,8 @@ mod tests {
             let settings = Settings { sink: Arc::clone(&budget) as _, ..Settings::default() };
             let symbolic = SymbolicEngine::new(Arc::new(program.clone()), settings).unwrap();
             let settings = Settings { memory, ..Settings::default() };
-            let rest = Rest { exploration: None, settings, states: 10_000 };
-            let engine = AnyEngine::from(HandOver::new(symbolic, budget, 0, rest));
+            let rest = Rest { exploration: None, settings: settings.clone(), states: 10_000 };
+            let engine = AnyEngine::from(HandOver::new(symbolic, settings, budget, Some((rest, 0))));
             let found = regions(&engine, &engine.singleton(&[3]).unwrap()).unwrap();
             let count = |x| crate::engine::Algebra::<AnyStates>::count(&engine, x).unwrap();
             assert_eq!(count(&found.pmin_one), Count::from(count(&engine.all_states())));

@@ -31,11 +31,14 @@ mod engine;
 pub mod explicit;
 mod handover;
 pub mod membership;
+mod order_turns;
 pub mod regions;
+mod rest;
 mod schedule;
 mod selection;
 mod settings;
 pub mod symbolic;
+mod translation;
 pub mod until;
 
 pub use any::AnyEngine;

@@ -12,6 +12,8 @@ use meliora_base::error::Result;
 /// best, all of them together take at most a fixed multiple of its work. The last way that is left has no budget.
 pub(crate) struct Schedule {
     ways: usize,
+    /// The way that is the likeliest to be the best.
+    first: usize,
     /// The ways that have turns, in their order.
     open: Vec<usize>,
     /// The place of the next turn among these.
@@ -32,7 +34,7 @@ pub(crate) struct Turn {
 impl Schedule {
     /// Creates a schedule for a number of ways, at least 1, with the first budget.
     pub(crate) fn new(ways: usize, first: u64) -> Self {
-        Schedule { ways, open: (0..ways).collect(), next: 0, budget: first.max(1) }
+        Schedule { ways, first: 0, open: (0..ways).collect(), next: 0, budget: first.max(1) }
     }
 
     /// Removes a way, which has no more turns.
@@ -41,6 +43,16 @@ impl Schedule {
             self.open.remove(place);
             self.next -= usize::from(place < self.next);
         }
+    }
+
+    /// Returns the ways that have turns.
+    pub(crate) fn open(&self) -> &[usize] {
+        &self.open
+    }
+
+    /// Makes a way the likeliest one from now on.
+    pub(crate) fn prefer(&mut self, way: usize) {
+        self.first = way;
     }
 
     /// Takes turns until one of them has a result.
@@ -73,7 +85,7 @@ impl Iterator for Schedule {
         self.next += 1;
         let steps = match way {
             _ if self.open.len() == 1 => u64::MAX,
-            0 => self.budget,
+            _ if way == self.first => self.budget,
             _ => (self.budget / (self.ways as u64 - 1)).max(1),
         };
         Some(Turn { way, steps })

@@ -6,7 +6,8 @@ use super::any::AnyEngine;
 use super::both::{Asked, Begun, First, explore};
 use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Exploration, Guided};
-use super::handover::{HandOver, Rest};
+use super::handover::HandOver;
+use super::rest::Rest;
 use super::settings::{Scope, Settings, Storage};
 use super::symbolic::SymbolicEngine;
 use meliora_base::error::{Limit, Result};
@@ -86,9 +87,8 @@ impl Selection {
     ///
     /// - If the explicit engine is the first to know all states, it is selected. It has the first turn if a question
     ///   lists the states anyway, such as one for a number.
-    /// - If it is the symbolic engine, the explicit one is selected if there are few states for
-    ///   each node of the diagrams: then these hardly share anything, and long fixpoints cost more than
-    ///   it takes to store the states.
+    /// - If it is the symbolic engine, the question is answered by diagrams of several orders in turns. The explicit
+    ///   engine takes over once they have taken as many steps as it takes to list the states.
     ///
     /// # Errors
     /// The errors of [`AnyEngine::new`].
@@ -174,8 +174,9 @@ impl Selection {
         Ok(engine.into())
     }
 
-    /// Takes the symbolic engine, which was the first to know all states, until the explicit engine takes over: at once
-    /// if a question lists the states anyway and they are few, and never if the memory does not suffice.
+    /// Takes the symbolic engine, which was the first to know all states, in turns with other orders, until the explicit
+    /// engine takes over: at once if a question lists the states anyway and they are few, and never if the memory does
+    /// not suffice.
     fn begun(&mut self, begun: Begun, lists_states: bool, settings: Settings) -> Result<AnyEngine> {
         let Begun { explored, budget, rest, pace } = begun;
         let count = explored.count()?;
@@ -183,17 +184,20 @@ impl Selection {
         let symbolic = explored.engine()?;
         let memory = settings.memory;
         let steps = pace.work(states).saturating_mul(settings.thresholds.steps_per_work);
-        let rest = Rest { exploration: rest, settings, states: usize::try_from(states).unwrap_or(0) };
+        let rest = Rest {
+            exploration: rest,
+            settings: settings.clone(),
+            states: usize::try_from(states).unwrap_or(0),
+        };
         if lists_states && states <= MOST_LISTED {
-            let Some(mut engine) = rest.explore(&symbolic)? else { return Ok(symbolic.into()) };
+            let used = symbolic.usage().bytes;
+            let Some(mut engine) = rest.explore(&symbolic, used)? else { return Ok(symbolic.into()) };
             engine.set_memory(memory);
             self.take(format!("{count} states found"));
             return Ok(engine.into());
         }
-        if pace.bytes(states) > memory {
-            return Ok(symbolic.into());
-        }
-        Ok(HandOver::new(symbolic, budget, steps, rest).into())
+        let rest = (pace.bytes(states) <= memory).then_some((rest, steps));
+        Ok(HandOver::new(symbolic, settings, budget, rest).into())
     }
 
     /// Selects the explicit engine.

@@ -35,6 +35,9 @@ meliora_base::named! {
     }
 }
 
+/// The share in the memory of each engine that takes turns with a first one: one in this many bytes.
+pub(crate) const MEMORY_SHARE: u64 = 8;
+
 /// The settings of an engine. Only the scope has an influence on results.
 #[derive(Clone)]
 pub struct Settings {

@@ -16,6 +16,7 @@ use meliora::model::predicate::Predicate;
 use meliora::model::{Program, State};
 use proptest::prelude::*;
 
+use crate::common::handed_over;
 use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
@@ -188,16 +189,21 @@ fn begun_by_diagrams(text: &str, target: &str) -> AnyEngine {
     let (engine, said) = taken_in(text, settings, false);
     assert_eq!(said, "symbolic: over 4096 states possible");
     assert_eq!(engine.storage(), Storage::Symbolic);
+    finds_the_regions(&engine, target);
+    engine
+}
+
+/// Compares the regions of a target with those of the explicit engine alone.
+fn finds_the_regions(engine: &AnyEngine, target: &str) {
     let source = SourceFile::new("target", target);
     let target = lang::parse_expression(&source).unwrap();
     let target = lang::lower_target(engine.program(), &source, &target).unwrap();
-    let found = regions(&engine, &engine.states_where(&target).unwrap()).unwrap();
+    let found = regions(engine, &engine.states_where(&target).unwrap()).unwrap();
     let alone = ExplicitEngine::new(Arc::clone(engine.program()), Settings::default()).unwrap();
     let expected = regions(&alone, &alone.states_where(&target).unwrap()).unwrap();
     let [found, expected] =
         [found.map(|x| engine.count(&x).unwrap()), expected.map(|x| alone.count(&x).unwrap())];
     assert_eq!(found, expected);
-    engine
 }
 
 /// A model of 14,021 states that diagrams find at once, but whose fixpoints are long by diagrams.
@@ -213,6 +219,42 @@ fn the_explicit_engine_takes_over_a_question_that_is_long_by_diagrams() {
     let steps = engine.usage().taken_over_after;
     assert!(steps > Some(0));
     assert_eq!(begun().usage().taken_over_after, steps, "each run takes the same steps");
+}
+
+/// The engine of [`LONG_FIXPOINTS`] whose first turn ends soon.
+fn in_short_turns(steps_per_work: u64) -> AnyEngine {
+    let none = SourceFile::new("none", "");
+    let program = lang::load(&SourceFile::new("m", LONG_FIXPOINTS), &none).unwrap().program;
+    let settings = Settings { memory: 1 << 30, ..Settings::default() };
+    handed_over::in_turns(&Arc::new(program), settings, steps_per_work)
+}
+
+#[test]
+fn orders_take_turns_with_a_long_question_and_each_run_takes_the_same() {
+    let ends = || {
+        let engine = in_short_turns(u64::MAX);
+        let before = engine.usage();
+        for x in 0..3 {
+            finds_the_regions(&engine, &format!("t=1 & x={x} & y=0"));
+        }
+        assert_eq!(engine.storage(), Storage::Symbolic);
+        assert!(engine.usage().peak_nodes > before.peak_nodes);
+        (engine.symbolic().unwrap().encoding().names(), engine.usage())
+    };
+    let (order, usage) = ends();
+    assert_eq!(ends(), (order, usage));
+}
+
+#[test]
+fn the_explicit_engine_takes_over_from_whichever_order_has_its_turn() {
+    for steps_per_work in [1, 2, 4, 8, 12, 16] {
+        let engine = in_short_turns(steps_per_work);
+        finds_the_regions(&engine, "t=1 & x=0 & y=0");
+        finds_the_regions(&engine, "t=1 & x=1 & y=0");
+        let steps = engine.usage().taken_over_after;
+        assert_eq!(engine.storage() == Storage::Explicit, steps.is_some());
+        assert!(steps_per_work > 4 || steps.is_some(), "{steps_per_work}");
+    }
 }
 
 #[test]

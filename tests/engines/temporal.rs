@@ -15,7 +15,7 @@ use meliora::planning::{RegionSearch, temporal::judged};
 use proptest::prelude::*;
 
 use crate::common::brute::{Brute, Set};
-use crate::common::handed_over::handed_over;
+use crate::common::handed_over::{handed_over, in_turns};
 use crate::common::random_program::{random_predicate, random_program};
 use crate::lasso::watched;
 
@@ -203,6 +203,9 @@ proptest! {
             let taken_over = handed_over(&Arc::new(case.program.clone()), settings, steps);
             prop_assert_eq!(&answers(&taken_over, &case), &expected, "{} after {}", &formula, steps);
         }
+        let settings = Settings { memory: 256 << 20, ..Settings::default() };
+        let turns = in_turns(&Arc::new(case.program.clone()), settings, u64::MAX);
+        prop_assert_eq!(&answers(&turns, &case), &expected, "{} in turns", &formula);
         // With fresh monitors the states are those of the model, and so are its deadlocks.
         let plain = Brute::new(&case.program.without_monitors(), Scope::Reachable).unwrap();
         let fresh = case.program.predicate(case.program.monitors.as_ref().unwrap().fresh);

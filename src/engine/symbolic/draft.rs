@@ -112,7 +112,7 @@ impl Draft {
         let Translated { transitions, initial, initial_fails, rounded } = &mut self.translated;
         let single = [&mut self.domain, initial, initial_fails, rounded, states].into_iter();
         let all = single.chain(transitions.diagrams());
-        larger.adopt_all(&self.store, all)?;
+        larger.adopt_all(&self.store, |level| level, all)?;
         let lists = Lists::new(&larger);
         self.list = transitions.list(&larger, &lists)?;
         (self.store, self.lists) = (larger, lists);

@@ -31,6 +31,7 @@ pub mod order;
 mod pick;
 mod quiet;
 mod relations;
+mod reorder;
 mod sizes;
 pub(crate) mod store;
 #[cfg(test)]

@@ -1,13 +1,13 @@
-//! Replacement of a store by a larger one, with its diagrams.
+//! Copies of the diagrams of another store: a larger one, or one with another order of the bits.
 
 use std::sync::atomic::Ordering::Relaxed;
 
-use oxidd::{Function, HasLevel, InnerNode, Manager, Node};
+use oxidd::{Function, HasLevel, InnerNode, LevelNo, Manager, Node};
 
 use super::Store;
 use super::diagram::{Bdd, Diagram, Edge, Held, ManagerOf};
 use super::tables::cache_entries;
-use super::walk::{ByNode, PATIENCE};
+use super::walk::{ByNode, Halt, Pass, Walk};
 use crate::settings::Settings;
 use meliora_base::error::Result;
 
@@ -26,24 +26,25 @@ impl Store {
         Some(larger)
     }
 
-    /// Copies diagrams of another store of the same bits into this store and replaces them. The
-    /// copying checks the memory, but cannot be cancelled.
+    /// Copies diagrams of another store into this store and replaces them. `level` is the level here of one there.
     ///
-    /// Cost: linear in their nodes.
+    /// Cost: linear in their nodes if no two levels change their order, else that of an operation for each node.
+    ///
+    /// # Errors
+    /// A limit.
     pub(in crate::symbolic) fn adopt_all<'a>(
         &self,
         from: &Store,
+        level: impl Fn(LevelNo) -> LevelNo,
         diagrams: impl Iterator<Item = &'a mut Bdd>,
     ) -> Result<()> {
         from.shared(|source| {
-            self.shared(|m| {
-                let mut adoption = Adoption { source, store: self, m, known: ByNode::new(self), steps: 0 };
-                self.deep(|| {
-                    for f in diagrams {
-                        *f = m.handle(adoption.adopt(f.as_edge(source))?.borrowed());
-                    }
-                    Ok(())
-                })
+            self.walk_to_the_end(Pass::forward(None), |w| {
+                let mut adoption = Adoption { source, w, level: &level, known: ByNode::new(self) };
+                for f in diagrams {
+                    *f = w.m.handle(adoption.adopt(f.as_edge(source))?.borrowed());
+                }
+                Ok(())
             })
         })
     }
@@ -52,27 +53,30 @@ impl Store {
 /// The diagrams of another manager that have been copied.
 struct Adoption<'w, 'from: 'w, 'm, 'id: 'm> {
     source: &'w ManagerOf<'from>,
-    store: &'m Store,
-    m: &'m ManagerOf<'id>,
+    w: &'w Walk<'m, 'id>,
+    level: &'w dyn Fn(LevelNo) -> LevelNo,
     known: ByNode<'m, 'id>,
-    steps: u64,
 }
 
 impl<'w, 'from: 'w, 'm, 'id: 'm> Adoption<'w, 'from, 'm, 'id> {
-    fn adopt(&mut self, f: Edge<'_, 'from>) -> Result<Held<'m, 'id>> {
-        let (store, m) = (self.store, self.m);
+    fn adopt(&mut self, f: Edge<'_, 'from>) -> Result<Held<'m, 'id>, Halt> {
+        let (w, m) = (self.w, self.w.m);
         let Node::Inner(node) = self.source.get_node(f) else {
             return Ok(m.constant(!self.source.is_zero(f)));
         };
         if let Some(adopted) = self.known.get(m, f.node_id()) {
             return Ok(adopted);
         }
-        if self.steps.is_multiple_of(PATIENCE) {
-            store.check_memory(m)?;
-        }
-        self.steps += 1;
+        w.tick()?;
         let (set, clear) = (self.adopt(node.child(0))?, self.adopt(node.child(1))?);
-        let made = m.node(node.level(), set, clear).map_err(|_| store.full())?;
+        let level = (self.level)(node.level());
+        let below = m.level_of(set.borrowed()).min(m.level_of(clear.borrowed()));
+        let made = if level < below {
+            w.node_on(level, set, clear)?
+        } else {
+            let bit = w.node_on(level, m.constant(true), m.constant(false))?;
+            w.ite(bit.borrowed(), set.borrowed(), clear.borrowed())?
+        };
         self.known.insert(m, f.node_id(), &made);
         Ok(made)
     }

@@ -7,7 +7,7 @@ use oxidd::Manager;
 
 use super::Store;
 use super::diagram::ManagerOf;
-use super::tables::{BYTES_PER_NODE, SPARE_NODES};
+use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, SPARE_NODES};
 use meliora_base::error::{Error, Limit, Result};
 
 /// A collection is futile if more than half of the nodes that the memory allows are in use after
@@ -76,6 +76,16 @@ impl Store {
         if live >= most || *futile >= MOST_FUTILE { Err(self.full()) } else { Ok(()) }
     }
 
+    /// Lowers the memory limit, unless more has been used. Returns whether it is at most this one now.
+    pub(in crate::symbolic) fn limit_to(&self, memory: u64) -> bool {
+        let fits = self.usage().bytes <= memory;
+        if fits {
+            let tables = memory.saturating_sub(self.cache_entries * BYTES_PER_ENTRY);
+            self.memory.fetch_min(tables, Relaxed);
+        }
+        fits
+    }
+
     /// Returns the number of nodes at which garbage is collected.
     fn trigger(&self) -> usize {
         self.collect_at.load(Relaxed).min(self.most_nodes())
@@ -83,7 +93,7 @@ impl Store {
 
     /// Returns the number of nodes that the memory allows in addition to the charged bytes.
     fn most_nodes(&self) -> usize {
-        let nodes = self.memory.saturating_sub(self.charges.now()) / BYTES_PER_NODE;
+        let nodes = self.memory.load(Relaxed).saturating_sub(self.charges.now()) / BYTES_PER_NODE;
         nodes.min(self.capacity) as usize
     }
 
@@ -104,7 +114,7 @@ impl Store {
     /// Returns the error for memory that does not suffice.
     pub(in crate::symbolic) fn full(&self) -> Error {
         let charged = self.charges.now();
-        let what = if charged < self.memory / 8 {
+        let what = if charged < self.memory.load(Relaxed) / 8 {
             format!("the node table of {} nodes is full", self.capacity)
         } else {
             let (nodes, mib) = (self.peak.load(Relaxed), charged >> 20);

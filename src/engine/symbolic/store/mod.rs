@@ -17,7 +17,7 @@ pub(in crate::symbolic) mod tables;
 pub(crate) mod thresholds;
 pub(in crate::symbolic) mod walk;
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ahash::AHashSet;
@@ -50,7 +50,7 @@ pub(in crate::symbolic) struct Store {
     manager: BDDManagerRef,
     sink: Arc<dyn ProgressSink>,
     /// The bytes for nodes and charges.
-    memory: u64,
+    memory: AtomicU64,
     /// Maximum number of nodes, if nothing is charged.
     capacity: u64,
     cache_entries: u64,
@@ -108,7 +108,7 @@ impl Store {
             saturates: Default::default(),
             manager,
             sink: settings.sink.clone(),
-            memory,
+            memory: memory.into(),
             capacity,
             cache_entries,
             collect_at: AtomicUsize::new(collect_at),
@@ -282,7 +282,7 @@ impl Store {
         self.note_peak(self.nodes());
         let peak = self.peak.load(Relaxed).max(self.replaced_peak) as u64;
         // The largest numbers of nodes and of charged bytes may be of different times.
-        let used = (peak * BYTES_PER_NODE + self.charges.peak()).min(self.memory);
+        let used = (peak * BYTES_PER_NODE + self.charges.peak()).min(self.memory.load(Relaxed));
         Usage { peak_nodes: peak, bytes: used + self.cache_entries * BYTES_PER_ENTRY, ..Usage::default() }
     }
 

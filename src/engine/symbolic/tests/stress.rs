@@ -265,10 +265,10 @@ fn copies_into_another_store_are_the_same_functions_and_cannot_be_cancelled() {
     let original = [random(&store, &levels, &mut next), store.one(), store.zero()];
     sink.allowed.store(0, Relaxed);
     let mut copies = original.clone();
-    other.adopt_all(&store, copies.iter_mut()).unwrap();
+    other.adopt_all(&store, |level| level, copies.iter_mut()).unwrap();
     assert!(copies.iter().all(|copy| other.owns(copy) && !store.owns(copy)));
     let mut back = copies.clone();
-    store.adopt_all(&other, back.iter_mut()).unwrap();
+    store.adopt_all(&other, |level| level, back.iter_mut()).unwrap();
     assert!(back == original);
     sink.allowed.store(u64::MAX, Relaxed);
     assert_eq!(other.count(&copies[0], 0).unwrap(), store.count(&original[0], 0).unwrap());
