@@ -9,7 +9,6 @@ from tester.program import Refused
 # Arguments after the model and its preferences, the exit status, what the message names, and what helps.
 OF_ONE_PLAYER = (
     (["export", "--format", "drn"], 3, "`--format drn`", "`--format umb`"),
-    (["report", "--kind", "spi", "--choose", "likely"], 3, "`--choose likely`", "probabilities and costs"),
     (["check", "--jointly"], 2, "`--jointly`", "the kind `achieve`"),
     (["check", "--safety", "transition"], 2, "`--safety transition`", "`action` and `prefix`"),
 )

@@ -178,9 +178,6 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     }
     let read = || {
         let question = load::question(&args.model, &args.preferences, &job.sink)?;
-        if let Some(choose) = args.choose.filter(|choose| *choose != Choose::First) {
-            question.program.of_one_player(&format!("`--choose {}`", choose.name()))?;
-        }
         opponent(&question.program, args.opponent)?;
         let plane = match &args.grid {
             Some(names) => Some(Plane::named(&question.program, names)?),
@@ -272,13 +269,11 @@ impl PageWriter<'_> {
         }
     }
 
-    /// Computes the outlook for a page, if all levels are known. Values of a game are not supported.
+    /// Computes the outlook for a page, if all levels are known.
     fn outlook(&self) -> Result<Option<Outlook>, Error> {
         let cut = self.args.preferences.options().max_level.is_some();
         match self.args.format {
-            Format::Html if !cut && !self.analysis.whole_engine().is_game() => {
-                Outlook::of(self.analysis, &self.question.program).map(Some)
-            }
+            Format::Html if !cut => Outlook::of(self.analysis, &self.question.program).map(Some),
             _ => Ok(None),
         }
     }

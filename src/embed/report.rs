@@ -56,8 +56,7 @@ impl Analysis {
         };
         let preferences = self.preferences();
         let complete = Phase::ALL.iter().all(|&phase| self.is_done(phase));
-        // Values of a game are not supported.
-        let wanted = complete && drawing == Drawing::Html && !self.engine().is_game();
+        let wanted = complete && drawing == Drawing::Html;
         let outlook = if wanted { Some(Outlook::of(self, program)?) } else { None };
         let content = Content {
             check: &check,

@@ -136,3 +136,38 @@ fn pictures_need_no_strategy() {
         assert!(said.contains("that achieves `Far` is not supported"), "{said}");
     }
 }
+
+/// Our choice `a` has the value 1/4, since the opponent answers with `c`; `b` has 1/5.
+const ANSWERS: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..4] init 0;\n\
+    [a] x=0 -> 1/2:(x'=1) + 1/2:(x'=2);\n [b] x=0 -> 2/5:(x'=4) + 3/5:(x'=2);\n\
+    [c] x=1 -> 1/2:(x'=3) + 1/2:(x'=2);\n [d] x=1 -> (x'=3);\n\
+    [c] x=4 -> 1/2:(x'=3) + 1/2:(x'=2);\n [d] x=4 -> (x'=3);\n [a] x=2 | x=3 -> true;\nendmodule\n";
+
+#[test]
+fn a_page_of_a_game_has_values_against_the_opponent() {
+    let wishes = "objective A = F x>=0; objective G = F x=3; prefer G > A;";
+    let scratch = Scratch::new(&[("m.prism", ANSWERS), ("p.pref", wishes)]);
+    let [model, preferences] = ["m.prism", "p.pref"].map(|name| scratch.show(name));
+    let page = |choose: &str| {
+        let more =
+            ["report", &model, &preferences, "--kind", "spi", "--choose", choose, "--opponent", "worst"];
+        Finished::of(meliora().args(more)).expect(0).stdout
+    };
+    let likely = page("likely");
+    let headline = "Can improve from A to G with probability at least 0.25; no improvement is guaranteed.";
+    assert!(likely.contains(headline), "{likely}");
+    assert!(
+        likely.contains("<span class=\"number text\">a</span><span class=\"label\">is the best first action")
+    );
+    let heat = &data(&likely)["heat"];
+    let measure = &heat["measures"][0];
+    assert_eq!(measure["id"], "p1");
+    let text = |x: i64| {
+        let state = heat["states"].as_array().unwrap().iter().position(|state| state[0] == json!(x)).unwrap();
+        measure["looks"][measure["all"][state].as_u64().unwrap() as usize]["text"].clone()
+    };
+    assert_eq!([0, 1, 2, 4].map(text), ["0.25", "0.5", "0", "0.5"]);
+    // The run of the page takes the action by its value.
+    let play = data(&likely)["play"].as_array().unwrap().clone();
+    assert!([json!([1]), json!([2])].contains(&play[1]), "{play:?}");
+}

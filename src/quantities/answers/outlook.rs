@@ -41,6 +41,8 @@ pub struct Promise {
     pub more: Option<More>,
     /// The action that a strategy takes first that chooses by value.
     pub first: Option<String>,
+    /// True in a game: the values are those against the opponent, who may also let us attain better ones.
+    pub is_against: bool,
 }
 
 /// A possible improvement after the certain ones.
@@ -152,6 +154,7 @@ impl Promise {
             first: followed.first,
             after: followed.after.iter().map(|set| analysis.preferences().owned_names(set)).collect(),
             certain: Some(certain),
+            is_against: analysis.whole_engine().is_game(),
             ..Promise::default()
         })
     }
@@ -189,7 +192,7 @@ struct Followed {
 
 impl Followed {
     /// Searches the states until the last of `improvements` improvements; without a rule, the strategy
-    /// takes the first action that makes progress. Cost: at most [`MOST_STATES`] states are explained.
+    /// takes the first action that makes progress. The opponent takes any action. Cost: at most [`MOST_STATES`] states are explained.
     fn new<E: Engine>(
         analysis: &Analysis<E>,
         program: &Arc<Program>,
@@ -229,8 +232,9 @@ fn after<E: Engine>(
             return Ok(Vec::new());
         }
         let at = strategy.explain(&state, memory)?;
-        let Some(pick) = at.pick else { continue };
-        for successor in &at.actions[pick].successors {
+        let taken = |number: usize| at.is_theirs() || at.pick == Some(number);
+        let actions = at.actions.iter().enumerate().filter(|(number, _)| taken(*number));
+        for successor in actions.flat_map(|(_, action)| &action.successors) {
             if successor.improves {
                 found[made].extend_with(&successor.most_preferred);
             }

@@ -185,9 +185,8 @@ fn maps(content: &Content<'_>, paint: &Paint<'_>) -> Markup {
                 @for picture in Picture::MAPS { (map::part(content, paint, picture)) }
                 @if let Some(heat) = content.heat() { (map::values(content, paint, &heat)) }
             }
-            @if !content.check.players.is_empty() {
-                (game::key(&content.check.players, paint))
-            } @else if content.heat().is_none() {
+            @if !content.check.players.is_empty() { (game::key(&content.check.players, paint)) }
+            @if content.heat().is_none() {
                 p.hint { "Values are left out: the model has more than " (text::grouped(MOST_STATES)) " states. "
                     code { "meliora values" } " computes them." }
             }

@@ -12,7 +12,8 @@ const MOST_GOALS: usize = 3;
 /// on average; a third time, to E, with probability 0.41.`
 pub(super) fn sentence(promise: &Promise) -> String {
     let from = text::either(&promise.from);
-    let more = promise.more.as_ref().map(|more| (words::goal(&more.to), probability(more)));
+    let more =
+        promise.more.as_ref().map(|more| (words::goal(&more.to), probability(more, promise.is_against)));
     if promise.certain == Some(0) {
         return match more {
             Some((goal, probability)) => {
@@ -22,8 +23,9 @@ pub(super) fn sentence(promise: &Promise) -> String {
             None => format!("No improvement is possible from {from}."),
         };
     }
-    let steps =
-        promise.steps.map(|steps| format!(", in {} on average", words::steps(steps))).unwrap_or_default();
+    let most = if promise.is_against { "at most " } else { "" };
+    let steps = promise.steps.map(|steps| format!(", in {most}{} on average", words::steps(steps)));
+    let steps = steps.unwrap_or_default();
     let more = match (promise.certain, more) {
         (None, _) => ", and then any number of times".to_owned(),
         (Some(_), None) => String::new(),
@@ -49,8 +51,9 @@ fn goals(promise: &Promise) -> String {
 }
 
 /// Returns the probability of an improvement in words.
-fn probability(more: &More) -> String {
-    let known = |p| format!("probability {}", digits(p));
+fn probability(more: &More, is_against: bool) -> String {
+    let least = if is_against { "at least " } else { "" };
+    let known = |p| format!("probability {least}{}", digits(p));
     more.probability.map_or_else(|| "positive probability".to_owned(), known)
 }
 
@@ -110,6 +113,12 @@ mod tests {
             some(&[], None),
             "Can improve from nothing to something better with positive probability; \
              no improvement is guaranteed."
+        );
+        let game = promise(&[&["D"]], Some(1), Some((&["E"], Some(0.41))));
+        assert_eq!(
+            sentence(&Promise { steps: Some(2.0), is_against: true, ..game }),
+            "Can improve from nothing to D with probability one, in at most 2 steps on average; \
+             a second time, to E, with probability at least 0.41."
         );
         let none = promise(&[], Some(0), None);
         assert_eq!(sentence(&none), "Nothing is sure, and no improvement is possible.");

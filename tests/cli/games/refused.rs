@@ -61,11 +61,6 @@ fn options_that_games_do_not_have_are_refused_by_name() {
                 "`--safety transition` of a game",
             ),
             (
-                &["report", "@g.prism", "@g.pref", "--choose", "likely", "--out", "@page"],
-                3,
-                "`--choose likely` of a game",
-            ),
-            (
                 &["simulate", "models/toy.prism", "models/toy.pref", "--opponent", "worst"],
                 2,
                 "only a game (`smg`) has",
