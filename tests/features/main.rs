@@ -27,7 +27,7 @@ use meliora::model::{Program, State};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Options, Safety, StrategyKind};
 use proptest::prelude::ProptestConfig;
 
-use handed_over::handed_over;
+use handed_over::{handed_over, in_turns};
 use random_case::RandomCase;
 
 /// Settings for each engine, and for the symbolic one with the declared order.
@@ -67,17 +67,24 @@ impl Analysed {
         Analysed { program: Arc::clone(program), analysis }
     }
 
-    /// The analyses of a case by all engines. The explicit engine takes over from the last one, after a share of the
-    /// question that depends on the case.
+    /// The analyses of a case by all engines. The last are several in turns, until the explicit engine takes over after a
+    /// share of the question that depends on the case.
     fn all(case: &RandomCase) -> [Self; 3] {
         let (program, preferences) = case.load();
         let given = (&program, &preferences);
         let [symbolic, explicit, declared] = settings(case);
-        let steps = [0, 1, 3, 10, 30, 100, 300][case.model.len() % 7];
+        let number = case.model.len() % 14;
+        let steps = [0, 1, 3, 10, 30, 100, 300][number / 2];
+        let several = match number % 2 {
+            0 => handed_over(&program, declared, steps),
+            _ => {
+                in_turns(&program, Settings { order: Order::Auto, memory: 128 << 20, ..declared }, 10 * steps)
+            }
+        };
         [
             Self::new(given, symbolic, case.safety),
             Self::new(given, explicit, case.safety),
-            Self::with(given, handed_over(&program, declared, steps), case.safety),
+            Self::with(given, several, case.safety),
         ]
     }
 

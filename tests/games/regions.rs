@@ -10,7 +10,7 @@ use meliora::model::predicate::Predicate;
 use meliora::model::property::{Bound, Strategies};
 use proptest::prelude::*;
 
-use super::handed_over::handed_over;
+use super::handed_over::{handed_over, in_turns};
 use super::raw::{Enforced, Raw, Won, program};
 use super::{settings, some_game, thresholds};
 
@@ -97,8 +97,12 @@ fn check_all(raw: &Raw, target: &[bool], thresholds: &[Thresholds]) {
         for (number, &thresholds) in thresholds.iter().enumerate() {
             check(&symbolic(&program, thresholds), &target, &values, &expected, raw);
             let steps = [0, 1, 4, 20, 100][number % 5];
-            let engine = handed_over(&program, settings(Scope::All, Thresholds::default()), steps);
-            check(&engine, &target, &values, &expected, raw);
+            let settings = settings(Scope::All, Thresholds::default());
+            let several = match number % 2 {
+                0 => handed_over(&program, settings, steps),
+                _ => in_turns(&program, Settings { memory: 256 << 20, ..settings }, 50 * steps),
+            };
+            check(&several, &target, &values, &expected, raw);
         }
     }
 }
