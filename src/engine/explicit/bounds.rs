@@ -1,98 +1,77 @@
-//! A sufficient test for expressions that have a value in every state.
+//! Bounds of expressions, and a sufficient test that they have a value.
 
-use meliora_base::value::{self, Type, Value};
+use ahash::AHashMap;
+
+use super::needs::interval;
+use super::values::{self, Values};
+use meliora_base::stack;
+use meliora_base::value::EvalError;
 use meliora_model::Program;
-use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use meliora_model::expr::{ExprId, ExprPool, Node, Unary};
 
-/// The smallest and the largest value of an integer expression; without meaning for other types.
-pub(super) type Interval = (i128, i128);
+/// The values of expressions in the states where some conditions are true.
+pub(super) struct Bounds<'p> {
+    pool: &'p ExprPool,
+    /// The ranges of the variables.
+    ranges: Vec<(i64, i64)>,
+    known: AHashMap<ExprId, Values>,
+}
 
-/// For each node of the pool its bounds, or `None` if the node may have no value in some state.
-pub(super) struct Bounds(Vec<Option<Interval>>);
-
-impl Bounds {
-    /// Computes bounds from the ranges of the variables, operands before the nodes that use them.
-    ///
-    /// The test is sufficient, not necessary: an expression that is not proved total counts as
-    /// partial.
-    pub(super) fn new(program: &Program) -> Self {
-        Bounds::over(program, &program.pool)
+impl<'p> Bounds<'p> {
+    /// Takes the declared ranges of the variables; the pool is that of the program, or rests on it.
+    pub(super) fn new(program: &Program, pool: &'p ExprPool) -> Self {
+        let ranges = program.variables.iter().map(|v| (v.low, v.high)).collect();
+        Bounds { pool, ranges, known: AHashMap::new() }
     }
 
-    /// Computes the same bounds for a pool that rests on that of the program.
-    pub(super) fn over(program: &Program, pool: &ExprPool) -> Self {
-        let mut bounds = Bounds(Vec::with_capacity(pool.len()));
-        for e in pool.ids() {
-            let found = bounds.of(program, pool, e).filter(|&(low, high)| fits(low) && fits(high));
-            bounds.0.push(found);
-        }
+    /// Takes the ranges that variables have where all of some conditions are true.
+    pub(super) fn under(program: &Program, pool: &'p ExprPool, conditions: &[ExprId]) -> Self {
+        let mut bounds = Bounds::new(program, pool);
+        conditions.iter().for_each(|&e| bounds.assume(e));
         bounds
     }
 
     /// Returns whether `e` is known to have a value in every state.
-    pub(super) fn is_total(&self, e: ExprId) -> bool {
-        self.get(e).is_some()
+    pub(super) fn is_total(&mut self, e: ExprId) -> bool {
+        !self.of(e).fails
     }
 
-    /// Returns the bounds of `e`, if it has a value in every state.
-    pub(super) fn get(&self, e: ExprId) -> Option<Interval> {
-        self.0.get(e.index()).copied().flatten()
+    /// Returns the values that `e` may have.
+    pub(super) fn of(&mut self, e: ExprId) -> Values {
+        if let Some(known) = self.known.get(&e) {
+            return known.clone();
+        }
+        let found = stack::level(|| self.compute(e));
+        self.known.insert(e, found.clone());
+        found
     }
 
-    fn of(&self, program: &Program, pool: &ExprPool, e: ExprId) -> Option<Interval> {
-        match pool.node(e) {
-            Node::Literal(Value::Int(i)) => Some((i.into(), i.into())),
-            Node::Literal(_) => Some((0, 1)),
-            Node::Var(v) => {
+    fn compute(&mut self, e: ExprId) -> Values {
+        match self.pool.node(e) {
+            Node::Literal(_) => Values::of(self.pool.exact_literal(e).ok_or(EvalError::NotFinite)),
+            Node::Var(v) => match self.ranges.get(v.index()) {
+                Some(&(low, high)) => Values::whole(low, high),
                 // A formula that was refused leaves the variable of a monitor that is not installed.
-                let declared = program.variables.get(v.index())?;
-                Some((declared.low.into(), declared.high.into()))
-            }
-            Node::Unary(op, a) => {
-                let (low, high) = self.get(a)?;
-                match op {
-                    Unary::Not | Unary::ToReal => Some((0, 1)),
-                    Unary::Neg if pool.ty(a) == Type::Int => Some((-high, -low)),
-                    Unary::Neg => Some((0, 1)),
-                    Unary::Floor | Unary::Ceil | Unary::Round => None,
-                }
-            }
-            Node::Binary(op, a, b) => {
-                let (x, y) = (self.get(a)?, self.get(b)?);
-                match pool.ty(a) {
-                    Type::Bool => Some((0, 1)),
-                    Type::Int => whole(op, x, y),
-                    // The exact result may be too long.
-                    Type::Real => (value::binary_type(op, Type::Real) == Type::Bool).then_some((0, 1)),
-                }
-            }
-            Node::Ite(c, a, b) => {
-                let (_, x, y) = (self.get(c)?, self.get(a)?, self.get(b)?);
-                Some((x.0.min(y.0), x.1.max(y.1)))
-            }
+                None => Values::of(Err(EvalError::NotFinite)),
+            },
+            Node::Unary(op, a) => values::unary(op, self.pool.ty(a), &self.of(a)),
+            Node::Binary(op, a, b) => values::binary(op, self.pool.ty(a), &self.of(a), &self.of(b)),
+            Node::Ite(c, a, b) => values::choice(&self.of(c), &self.of(a), &self.of(b)),
         }
     }
-}
 
-/// Computes the bounds of an operation on integers; both operands fit 64 bits.
-pub(super) fn whole(op: Binary, x: Interval, y: Interval) -> Option<Interval> {
-    match op {
-        Binary::Add => Some((x.0 + y.0, x.1 + y.1)),
-        Binary::Sub => Some((x.0 - y.1, x.1 - y.0)),
-        Binary::Mul => {
-            let corners = [x.0 * y.0, x.0 * y.1, x.1 * y.0, x.1 * y.1];
-            Some((corners.into_iter().min()?, corners.into_iter().max()?))
+    /// Narrows the range of the variable that a condition compares with a number.
+    fn assume(&mut self, e: ExprId) {
+        if let Some((variable, [low, high])) = interval(self.pool, e, true) {
+            let range = &mut self.ranges[variable.index()];
+            *range = (range.0.max(low), range.1.min(high));
+        } else if let Node::Unary(Unary::Not, a) = self.pool.node(e)
+            && let Some((variable, [value, _])) = interval(self.pool, a, true)
+        {
+            // An equation: the value is left out where it is one of the ends.
+            let (low, high) = &mut self.ranges[variable.index()];
+            *low = low.saturating_add(i64::from(*low == value));
+            *high = high.saturating_sub(i64::from(*high == value));
         }
-        Binary::Min => Some((x.0.min(y.0), x.1.min(y.1))),
-        Binary::Max => Some((x.0.max(y.0), x.1.max(y.1))),
-        Binary::Mod => (y.0 > 0).then_some((0, y.1 - 1)),
-        Binary::Index => (x.0 >= 0 && x.1 < y.0).then_some(x),
-        Binary::Pow => None,
-        Binary::And | Binary::Or | Binary::Eq | Binary::Lt | Binary::Le => Some((0, 1)),
-        Binary::Div | Binary::Log => Some((0, 1)),
     }
-}
-
-fn fits(x: i128) -> bool {
-    i64::try_from(x).is_ok()
 }

@@ -1,65 +1,121 @@
-//! Lists of commands or synchronisations by the values of variables.
+//! Lists of commands, synchronisations or disjuncts by the values of variables.
 //!
-//! Thousands of guards such as `x=1`, `x=2`, … need not be evaluated one by one: at most those for the
-//! value of x can be true.
+//! Thousands of conditions such as `x=1`, `x=2`, … need not be evaluated one by one: at most those for the
+//! value of x can be true. One such as `x=1 & y=2 | x=3 & y=4` is in two lists.
 
-use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use ahash::AHashMap;
 
-use meliora_base::value::{Type, Value};
-use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-
-/// The values of a variable outside of which something cannot be enabled.
-pub(super) type Need = (u32, Vec<i64>);
+use super::needs::{Need, Way, Ways};
 
 /// Things that can be enabled, by the values of variables. Things are numbers.
 pub(super) struct ByValue {
     /// For a variable, the things that need each of its values, again by the values of other variables.
-    splits: Vec<(usize, AHashMap<i64, ByValue>)>,
+    pub(super) splits: Vec<(usize, AHashMap<i64, ByValue>)>,
     /// The things that do not depend on these variables, or not in this way.
-    others: Vec<u32>,
+    pub(super) others: Vec<u32>,
+}
+
+/// A way to enable a thing that is a number, with the needs that are left.
+type Open<'w> = (u32, Vec<&'w Need>);
+
+impl Ways<'_> {
+    /// Lists things by the variables that each way to enable them needs.
+    pub(super) fn list(&mut self, things: &[Vec<Way>]) -> ByValue {
+        let mut ways = Vec::new();
+        for (thing, own) in (0u32..).zip(things) {
+            ways.extend(own.iter().map(|way| (thing, way.iter().collect())));
+        }
+        self.copies = ways.iter().map(|(_, needs): &Open<'_>| needs.len()).sum();
+        self.split(ways)
+    }
+
+    /// Lists things by the variables that are expected to rule out most, if these rule out at least one: a look-up takes
+    /// as long as a test.
+    fn split(&mut self, ways: Vec<Open<'_>>) -> ByValue {
+        let mut gains: AHashMap<u32, f64> = AHashMap::new();
+        for need in ways.iter().flat_map(|(_, needs)| needs) {
+            *gains.entry(need.0).or_default() += 1.0 - self.share(need);
+        }
+        let (mut groups, mut others) = (BTreeMap::<u32, Vec<(&Need, Open<'_>)>>::new(), Vec::new());
+        for (thing, needs) in ways {
+            let by_gain = |a: &&Need, b: &&Need| gains[&a.0].total_cmp(&gains[&b.0]).then(b.0.cmp(&a.0));
+            match needs.iter().copied().max_by(by_gain) {
+                Some(need) => groups.entry(need.0).or_default().push((need, (thing, needs))),
+                None => others.push(thing),
+            }
+        }
+        let mut splits = Vec::new();
+        for (variable, group) in groups {
+            match self.by_values(&group) {
+                Some(lists) => splits.push((variable as usize, lists)),
+                None => others.extend(group.iter().map(|(_, (thing, _))| *thing)),
+            }
+        }
+        others.sort_unstable();
+        others.dedup();
+        ByValue { splits, others }
+    }
+
+    /// Lists things by the values of a variable that they need, each with its other needs.
+    fn by_values(&mut self, group: &[(&Need, Open<'_>)]) -> Option<AHashMap<i64, ByValue>> {
+        let own = group.chunk_by(|(_, (a, _)), (_, (b, _))| a == b);
+        let gain: f64 = own.map(|ways| self.ruled_out(ways.iter().map(|(_, (_, needs))| &**needs))).sum();
+        let values = |need: &Need| self.values(need).map(|[low, high]| high.abs_diff(low)).sum::<u64>();
+        let copies: u64 = group.iter().map(|(need, _)| values(need)).fold(0, u64::saturating_add);
+        if gain < 1.0 || copies > self.copies as u64 {
+            return None;
+        }
+        self.copies -= copies as usize;
+        let mut lists: BTreeMap<i64, Vec<Open<'_>>> = BTreeMap::new();
+        for (need, (thing, needs)) in group {
+            let left = Vec::from_iter(needs.iter().copied().filter(|other| other.0 != need.0));
+            for value in self.values(need).flat_map(|[low, high]| low..=high) {
+                lists.entry(value).or_default().push((*thing, left.clone()));
+            }
+        }
+        Some(lists.into_iter().map(|(value, ways)| (value, self.split(ways))).collect())
+    }
+
+    /// Returns the values of a variable that are needed and in its range.
+    fn values(&self, need: &Need) -> impl Iterator<Item = [i64; 2]> {
+        let declared = &self.program.variables[need.0 as usize];
+        let inside = move |&[low, high]: &[i64; 2]| [low.max(declared.low), high.min(declared.high)];
+        need.1.iter().map(inside).filter(|[low, high]| low <= high)
+    }
+
+    /// Returns the share of the states in which a thing is ruled out, if the values of all variables are independent and
+    /// no two of its ways exclude each other.
+    fn ruled_out<'w>(&self, ways: impl Iterator<Item = &'w [&'w Need]>) -> f64 {
+        let shares = ways.map(|needs| needs.iter().map(|need| self.share(need)).product::<f64>());
+        1.0 - shares.sum::<f64>().min(1.0)
+    }
+
+    /// Returns the share of the values of a variable that are needed.
+    fn share(&self, need: &Need) -> f64 {
+        let count = |low: i64, high: i64| high.abs_diff(low) as f64 + 1.0;
+        let declared = &self.program.variables[need.0 as usize];
+        self.values(need).map(|[low, high]| count(low, high)).sum::<f64>()
+            / count(declared.low, declared.high)
+    }
 }
 
 impl ByValue {
-    /// Lists things by the variables that they need; `None` if no two things need the same one.
-    pub(super) fn new(needs: &[Vec<Need>]) -> Option<Self> {
-        let things = (0u32..).zip(needs).map(|(thing, needs)| (thing, needs.iter().collect()));
-        Some(Self::of_things(things.collect())).filter(|all| !all.splits.is_empty())
-    }
-
-    /// Lists things, each with the needs that are left, by the variable that most of them need.
-    fn of_things(things: Vec<(u32, Vec<&Need>)>) -> Self {
-        let mut votes: AHashMap<u32, usize> = AHashMap::new();
-        things.iter().flat_map(|(_, needs)| needs).for_each(|(v, _)| *votes.entry(*v).or_default() += 1);
-        let (mut split, mut others) = (BTreeMap::<u32, AHashMap<i64, Vec<_>>>::new(), Vec::new());
-        for (thing, needs) in things {
-            let most = |need: &&&Need| (votes[&need.0], Reverse(need.0));
-            let Some(&(variable, values)) = needs.iter().max_by_key(most).filter(|(v, _)| votes[v] > 1)
-            else {
-                others.push(thing);
-                continue;
-            };
-            // With several values for each variable, there would be a copy for each combination.
-            let is_left = |need: &&Need| need.0 != *variable && need.1.len() == 1;
-            let left = Vec::from_iter(needs.iter().copied().filter(is_left));
-            let lists = split.entry(*variable).or_default();
-            values.iter().for_each(|&value| lists.entry(value).or_default().push((thing, left.clone())));
+    /// Returns the things that can be enabled with these values of the variables, each once, in their order; `room` may
+    /// contain them.
+    #[inline]
+    pub(super) fn find<'l>(&'l self, values: &[i64], room: &'l mut Vec<u32>) -> &'l [u32] {
+        if self.splits.is_empty() {
+            return &self.others;
         }
-        let below = |lists: AHashMap<i64, Vec<_>>| {
-            lists.into_iter().map(|(value, things)| (value, Self::of_things(things))).collect()
-        };
-        let splits = split.into_iter().map(|(variable, lists)| (variable as usize, below(lists)));
-        ByValue { splits: splits.collect(), others }
-    }
-
-    /// Adds the things that can be enabled with these values of the variables, in their order.
-    pub(super) fn find(&self, values: &[i64], into: &mut Vec<u32>) {
-        self.add(values, into);
-        if !into.is_sorted() {
-            into.sort_unstable();
+        room.clear();
+        self.add(values, room);
+        if !room.is_sorted_by(|a, b| a < b) {
+            room.sort_unstable();
+            room.dedup();
         }
+        room
     }
 
     fn add(&self, values: &[i64], into: &mut Vec<u32>) {
@@ -72,80 +128,42 @@ impl ByValue {
     }
 }
 
-/// Returns the only value of a variable for which a condition is true, if the condition itself shows it:
-/// `x = 3`, `b` or `!b`.
-pub(super) fn only_value(pool: &ExprPool, e: ExprId) -> Option<(u32, i64)> {
-    match pool.node(e) {
-        Node::Var(v) if pool.ty(e) == Type::Bool => Some((v.0, 1)),
-        Node::Unary(Unary::Not, a) => match pool.node(a) {
-            Node::Var(v) if pool.ty(a) == Type::Bool => Some((v.0, 0)),
-            _ => None,
-        },
-        Node::Binary(Binary::Eq, a, b) => match (pool.node(a), pool.node(b)) {
-            (Node::Var(v), Node::Literal(Value::Int(c))) | (Node::Literal(Value::Int(c)), Node::Var(v)) => {
-                Some((v.0, c))
-            }
-            _ => None,
-        },
-        _ => None,
-    }
-}
-
-/// Returns what all alternatives together need: the values of each variable that each of them needs.
-pub(super) fn of_alternatives<'a>(alternatives: impl Iterator<Item = &'a Vec<Need>>) -> Vec<Need> {
-    let mut count = 0;
-    let mut all: AHashMap<u32, (usize, Vec<i64>)> = AHashMap::new();
-    for needs in alternatives {
-        for (variable, values) in needs {
-            let (last, found) = all.entry(*variable).or_default();
-            // A variable that an alternative before this one did not need is never complete again.
-            if *last == count {
-                (*last, _) = (count + 1, found.extend(values));
-            }
-        }
-        count += 1;
-    }
-    let complete = all.into_iter().filter(|(_, (last, _))| *last == count);
-    let mut needs: Vec<Need> = complete.map(|(variable, (_, values))| (variable, values)).collect();
-    for (_, values) in &mut needs {
-        values.sort_unstable();
-        values.dedup();
-    }
-    needs.sort_unstable();
-    needs
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meliora_base::error::SourceFile;
+    use meliora_lang as lang;
 
     #[test]
     fn things_are_listed_for_the_values_that_they_need_and_all_others_always() {
+        let text = "mdp module m x : [0..9]; y : [0..9]; [] true -> true; endmodule";
+        let program =
+            lang::load(&SourceFile::new("m", text), &SourceFile::new("constants", "")).unwrap().program;
+        let need =
+            |variable: u32, from: i64, to: i64| -> Need { (variable, [[from, to]].into_iter().collect()) };
         let needs = [
-            vec![(0, vec![1])],
-            vec![(1, vec![5])],
-            vec![(0, vec![1, 2]), (1, vec![5])],
-            vec![],
-            vec![(0, vec![2]), (1, vec![5])],
-            vec![(0, vec![2]), (1, vec![6])],
+            vec![vec![need(0, 1, 1)]],
+            vec![vec![need(1, 5, 5)]],
+            vec![vec![need(0, 1, 2), need(1, 5, 5)]],
+            vec![vec![]],
+            vec![vec![need(0, 2, 2), need(1, 5, 5)], vec![need(1, i64::MIN, 0)]],
+            vec![vec![need(0, 2, 2), need(1, 6, 6)], vec![need(0, 1, 1), need(1, 5, 5)]],
+            vec![vec![need(0, 8, 7)]],
         ];
-        let lists = ByValue::new(&needs).unwrap();
-        let of = |values: [i64; 2]| {
-            let mut found = Vec::new();
-            lists.find(&values, &mut found);
-            found
+        let list = |needs: &[Vec<Way>]| Ways::new(&program, &program.pool).list(needs);
+        let of = |lists: &ByValue, values: [i64; 2]| lists.find(&values, &mut Vec::new()).to_vec();
+        let lists = list(&needs);
+        assert_eq!(of(&lists, [1, 5]), [0, 1, 2, 3, 5]);
+        assert_eq!(of(&lists, [2, 5]), [1, 2, 3, 4]);
+        assert_eq!([of(&lists, [2, 6]), of(&lists, [3, 5])], [[3, 5], [1, 3]]);
+        assert_eq!(of(&lists, [9, 0]), [3, 4]);
+        // A look-up that rules out less than one thing is for nothing.
+        assert!(list(&needs[..1]).splits.is_empty() && list(&[]).splits.is_empty());
+        let wide = |width: i64| {
+            let need = |at: i64| vec![vec![need(0, width * at, width * (at + 1) - 1)]];
+            list(&[need(0), need(1), need(2)])
         };
-        assert_eq!([of([1, 5]), of([2, 5]), of([2, 6])], [vec![0, 1, 2, 3], vec![1, 2, 3, 4], vec![3, 5]]);
-        assert_eq!(of([3, 5]), [1, 3]);
-        assert!(ByValue::new(&needs[..2]).is_none() && ByValue::new(&[]).is_none());
-    }
-
-    #[test]
-    fn alternatives_need_what_each_of_them_needs() {
-        let both = [vec![(0, vec![3]), (1, vec![1])], vec![(0, vec![2]), (2, vec![1])]];
-        assert_eq!(of_alternatives(both.iter()), [(0, vec![2, 3])]);
-        assert_eq!(of_alternatives(both[..1].iter()), both[0]);
-        let late = [vec![], vec![(0, vec![2])]];
-        assert_eq!(of_alternatives(late.iter()), []);
+        assert_eq!(of(&wide(2), [5, 0]), [2]);
+        assert!(wide(3).splits.is_empty(), "each of three things would have two copies");
     }
 }

@@ -6,8 +6,10 @@
 
 use ahash::AHashMap;
 
-use super::machine::{Code, Entry, Op, Reg, Routine};
-use super::share;
+use super::bounds::Bounds;
+use super::machine::{Code, Entry, Op, Reg, Routine, Table};
+use super::needs::{Ways, operands};
+use super::share::{self, WORTH_SHARING};
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::Poll;
@@ -19,6 +21,8 @@ use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 /// The compiler for the expressions of a program.
 pub(super) struct Compiler<'a> {
     pool: &'a ExprPool,
+    bounds: Bounds<'a>,
+    ways: Ways<'a>,
     code: Code,
     constants: AHashMap<i64, Reg>,
     /// For each node with a routine, the instruction that provides its value and the register that
@@ -36,14 +40,15 @@ impl<'a> Compiler<'a> {
     /// # Errors
     /// The work is cancelled.
     pub(super) fn new(
-        program: &Program,
+        program: &'a Program,
         pool: &'a ExprPool,
         roots: &[ExprId],
         poll: &mut Poll<'_>,
     ) -> Result<Self> {
         let code = Code { initial: vec![0; program.variables.len()], ..Code::default() };
         let (constants, kept) = (AHashMap::new(), AHashMap::new());
-        let mut compiler = Compiler { pool, code, constants, kept };
+        let (bounds, ways) = (Bounds::new(program, pool), Ways::new(program, pool));
+        let mut compiler = Compiler { pool, bounds, ways, code, constants, kept };
         compiler.compile_kept(share::plan(pool, roots, poll)?);
         Ok(compiler)
     }
@@ -209,15 +214,22 @@ impl<'a> Compiler<'a> {
         match self.pool.node(e) {
             Node::Unary(Unary::Not, a) if self.pool.ty(a) == Type::Bool => self.jump_if(a, !value, holes),
             Node::Binary(op @ (Binary::And | Binary::Or), a, b) if self.pool.ty(a) == Type::Bool => {
-                if value == (op == Binary::Or) {
-                    self.jump_if(a, value, holes);
-                    self.jump_if(b, value, holes);
-                } else {
-                    let mut past = Vec::new();
-                    self.jump_if(a, !value, &mut past);
-                    self.jump_if(b, value, holes);
-                    self.land(past);
+                let operands = self.operands(op, [a, b]);
+                if op == Binary::Or
+                    && let Some(any) = self.table(e, &operands)
+                {
+                    return self.test_reg(any, value, holes);
                 }
+                // The value of an operand that decides.
+                let decides = op == Binary::Or;
+                if value == decides {
+                    return operands.iter().for_each(|&e| self.jump_if(e, value, holes));
+                }
+                let (others, last) = operands.split_at(operands.len() - 1);
+                let mut past = Vec::new();
+                others.iter().for_each(|&e| self.jump_if(e, decides, &mut past));
+                last.iter().for_each(|&e| self.jump_if(e, value, holes));
+                self.land(past);
             }
             Node::Binary(op @ (Binary::Eq | Binary::Lt | Binary::Le), a, b)
                 if self.pool.ty(a) == self.pool.ty(b) && self.pool.ty(a) != Type::Real =>
@@ -234,6 +246,39 @@ impl<'a> Compiler<'a> {
             }
             _ => self.test(e, value, holes),
         }
+    }
+
+    /// Returns the operands of a conjunction or disjunction, also of nested ones that are not kept, in their order.
+    fn operands(&self, op: Binary, [a, b]: [ExprId; 2]) -> Vec<ExprId> {
+        let (mut found, mut stack) = (Vec::new(), vec![b, a]);
+        while let Some(e) = stack.pop() {
+            match self.pool.node(e) {
+                Node::Binary(own, a, b) if own == op && !self.kept.contains_key(&e) => stack.extend([b, a]),
+                _ => found.push(e),
+            }
+        }
+        found
+    }
+
+    /// Emits code that leaves the value of a disjunction in the returned register, if a look-up of the disjuncts that
+    /// the values of some variables can make true is shorter than their tests one by one.
+    fn table(&mut self, e: ExprId, disjuncts: &[ExprId]) -> Option<Reg> {
+        if disjuncts.len() <= WORTH_SHARING as usize || !self.bounds.is_total(e) {
+            return None;
+        }
+        let of = |&e: &ExprId| self.ways.of(&operands(self.pool, Binary::And, e));
+        let ways: Vec<_> = disjuncts.iter().map(of).collect();
+        let lists = self.ways.list(&ways);
+        if disjuncts.len() - lists.others.len() <= lists.splits.len() * WORTH_SHARING as usize {
+            return None;
+        }
+        let past = self.emit(Op::Jump { to: 0 });
+        let starts = disjuncts.iter().map(|&e| self.condition(e).start).collect();
+        self.land(vec![past]);
+        let (dst, table) = (self.fresh(), self.code.tables.len() as u32);
+        self.code.tables.push(Table { lists, starts });
+        self.emit(Op::Any { dst, table });
+        Some(dst)
     }
 
     /// Emits code that computes a truth value and jumps if it equals `value`.

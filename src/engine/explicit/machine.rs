@@ -4,6 +4,7 @@
 //! 5` is one instruction. Integers are stored as they are, Booleans as 0 and 1, reals as the
 //! words of exact numbers.
 
+use super::by_value::ByValue;
 use super::numbers::Numbers;
 use meliora_base::exact::{self, Exact};
 use meliora_base::value::{EvalError, Type};
@@ -88,6 +89,11 @@ pub(super) enum Op {
         b: Reg,
         to: u32,
     },
+    /// Computes whether one of the conditions of a table is true.
+    Any {
+        dst: Reg,
+        table: u32,
+    },
     /// Provides a node that is kept in a register; computes it only once per state.
     Share {
         routine: u32,
@@ -112,11 +118,19 @@ pub(super) struct Routine {
     pub(super) start: u32,
 }
 
+/// The disjuncts of a condition, of which only those are tested that the values of the variables may make true.
+pub(super) struct Table {
+    pub(super) lists: ByValue,
+    /// The position of the first instruction of each disjunct.
+    pub(super) starts: Vec<u32>,
+}
+
 /// The code of all expressions of a program.
-#[derive(Debug, Clone, Default)]
+#[derive(Default)]
 pub(super) struct Code {
     pub(super) ops: Vec<Op>,
     pub(super) routines: Vec<Routine>,
+    pub(super) tables: Vec<Table>,
     /// The initial contents of the registers.
     pub(super) initial: Vec<i64>,
     /// The reals among the constants.
@@ -161,6 +175,11 @@ impl Machine {
                 Op::JumpNe { a, b, to } => at = self.branch(at, to, self.get(a) != self.get(b)),
                 Op::JumpLt { a, b, to } => at = self.branch(at, to, self.get(a) < self.get(b)),
                 Op::JumpLe { a, b, to } => at = self.branch(at, to, self.get(a) <= self.get(b)),
+                Op::Any { dst, table } => {
+                    let table = &code.tables[table as usize];
+                    self.regs[dst as usize] = self.any(code, &table.lists, &table.starts)?.into();
+                    at += 1;
+                }
                 Op::Share { routine } => {
                     self.share(code, routine as usize)?;
                     at += 1;
@@ -172,6 +191,22 @@ impl Machine {
                 }
             }
         }
+    }
+
+    fn any(&mut self, code: &Code, lists: &ByValue, starts: &[u32]) -> Result<bool, EvalError> {
+        for &disjunct in &lists.others {
+            if self.run(code, starts[disjunct as usize])? {
+                return Ok(true);
+            }
+        }
+        for (variable, by_value) in &lists.splits {
+            if let Some(lists) = by_value.get(&self.regs[*variable])
+                && self.any(code, lists, starts)?
+            {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     fn share(&mut self, code: &Code, index: usize) -> Result<(), EvalError> {

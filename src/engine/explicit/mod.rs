@@ -25,6 +25,7 @@ mod layout;
 mod machine;
 mod marks;
 mod meter;
+mod needs;
 mod numbers;
 mod operators;
 mod pace;
@@ -35,6 +36,7 @@ mod stepper;
 mod steps;
 #[cfg(test)]
 mod tests;
+mod values;
 mod visit;
 pub mod weighted;
 

@@ -3,11 +3,12 @@
 use ahash::AHashMap;
 
 use super::bounds::Bounds;
-use super::by_value::{ByValue, Need, of_alternatives};
+use super::by_value::ByValue;
 use super::compile::Compiler;
 use super::guards::{Candidates, Guards};
 use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
+use super::needs::{Way, Ways, of_all};
 use super::numbers::Numbers;
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
@@ -25,8 +26,8 @@ pub(super) struct Prepared {
     pub(super) factors: Vec<Factor>,
     /// For each synchronisation, its factors.
     pub(super) synchronisations: Vec<Vec<usize>>,
-    /// The synchronisations by the value of a variable, if that rules some out.
-    pub(super) by_value: Option<ByValue>,
+    /// The synchronisations by the values of variables.
+    pub(super) by_value: ByValue,
     /// True if all combinations form a single choice.
     pub(super) uniform: bool,
     pub(super) initial: Entry,
@@ -88,9 +89,10 @@ impl Prepared {
     /// The work is cancelled.
     pub(super) fn new(program: &Program, layout: &Layout, sink: &dyn ProgressSink) -> Result<Self> {
         let mut poll = Poll::new(sink);
-        let bounds = Bounds::new(program);
+        let (mut bounds, mut ways) = (Bounds::new(program, &program.pool), Ways::new(program, &program.pool));
         let (participants, synchronisations) = participants(program);
-        let mut read = |commands: &&[CommandId]| Guards::new(program, &bounds, commands, &mut poll);
+        let mut read =
+            |commands: &&[CommandId]| Guards::new(program, commands, (&mut bounds, &mut ways), &mut poll);
         let guards: Vec<Guards> = participants.iter().map(&mut read).collect::<Result<_>>()?;
         let mut roots = roots(program);
         roots.extend(guards.iter().flat_map(Guards::roots));
@@ -101,17 +103,18 @@ impl Prepared {
             commands.push(ready(program, layout, command, &mut compiler));
         }
         let initial = compiler.condition(program.initial);
-        let sound = |c: &CommandId| {
+        let mut sound = |c: &CommandId| {
             bounds.is_total(program.commands[c.index()].guard)
                 && commands[c.index()].chances == Chances::Sound
         };
         let mut factors = Vec::with_capacity(guards.len());
         for (guards, own) in guards.iter().zip(&participants) {
-            let candidates = guards.compile(&mut compiler, &mut poll)?;
-            factors.push(Factor { candidates, is_sound: own.iter().all(sound) });
+            let candidates = guards.compile(&mut compiler, &mut ways, &mut poll)?;
+            factors.push(Factor { candidates, is_sound: own.iter().all(&mut sound) });
         }
-        let needs = guards.iter().map(|guards| of_alternatives(guards.needs.iter()));
-        let by_value = by_value(&synchronisations, &factors, &needs.collect::<Vec<_>>());
+        let needs = guards.iter().map(|guards| of_all(guards.ways.iter().flatten()));
+        let by_value =
+            ways.list(&of_synchronisations(&synchronisations, &factors, &needs.collect::<Vec<_>>()));
         let watching = program.monitors.as_ref();
         let field = |v: &VarId| (v.index(), layout.field(v.index()));
         Ok(Prepared {
@@ -150,14 +153,14 @@ fn participants(program: &Program) -> (Vec<&[CommandId]>, Vec<Vec<usize>>) {
     (all, synchronisations)
 }
 
-/// Lists the synchronisations by the value of a variable that a factor of them needs. One with a factor that
-/// may have a fault is always listed, so that the fault is found.
-fn by_value(synchronisations: &[Vec<usize>], factors: &[Factor], needs: &[Vec<Need>]) -> Option<ByValue> {
+/// Returns for each synchronisation what it needs: what its factors need. One with a factor that may have a fault is
+/// always listed, so that the fault is found.
+fn of_synchronisations(synchronisations: &[Vec<usize>], factors: &[Factor], needs: &[Way]) -> Vec<Vec<Way>> {
     let of = |own: &Vec<usize>| match own.iter().all(|&factor| factors[factor].is_sound) {
-        true => own.iter().flat_map(|&factor| needs[factor].clone()).collect(),
-        false => Vec::new(),
+        true => vec![own.iter().flat_map(|&factor| needs[factor].clone()).collect()],
+        false => vec![Way::new()],
     };
-    ByValue::new(&synchronisations.iter().map(of).collect::<Vec<_>>())
+    synchronisations.iter().map(of).collect()
 }
 
 /// Returns every expression of the branches and that of the initial states, once per use.

@@ -7,7 +7,7 @@ use meliora_base::progress::Poll;
 use meliora_model::expr::{ExprId, ExprPool, Node};
 
 /// Minimum number of operators below a node that is shared.
-const WORTH_SHARING: u32 = 3;
+pub(super) const WORTH_SHARING: u32 = 3;
 
 /// Selects the nodes below `roots` with several uses to keep, operands before the nodes that use them.
 ///

@@ -68,9 +68,8 @@ pub(super) struct Stepper<'a, const W: usize> {
     pub(super) steps: Vec<[u64; W]>,
     /// The end of each choice in `steps`.
     pub(super) ends: Vec<u32>,
-    /// Room for the synchronisations that may have choices, and for the commands of a factor that may be enabled.
-    listed: Vec<u32>,
-    candidates: Vec<u32>,
+    /// Room for lists that are not in use.
+    spare: Vec<Vec<u32>>,
     /// The guards that were evaluated in the current state.
     pub(super) guards: usize,
     /// The synchronisations that have choices in the current state, in their order.
@@ -92,8 +91,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             rounded: false,
             steps: Vec::new(),
             ends: Vec::new(),
-            listed: Vec::new(),
-            candidates: Vec::new(),
+            spare: Vec::new(),
             guards: 0,
             active: Vec::new(),
         }
@@ -118,17 +116,11 @@ impl<'a, const W: usize> Stepper<'a, W> {
     /// deadlock has none.
     pub(super) fn expand(&mut self) -> Result<(), Broken> {
         let prepared = self.prepared;
-        match &prepared.by_value {
-            Some(lists) => {
-                let mut listed = std::mem::take(&mut self.listed);
-                listed.clear();
-                lists.find(&self.machine.regs, &mut listed);
-                let expanded = self.expand_among(listed.iter().map(|&index| index as usize));
-                self.listed = listed;
-                expanded
-            }
-            None => self.expand_among(0..prepared.synchronisations.len()),
-        }
+        let mut room = self.spare.pop().unwrap_or_default();
+        let listed = prepared.by_value.find(&self.machine.regs, &mut room);
+        self.expand_among(listed.iter().map(|&index| index as usize))?;
+        self.spare.push(room);
+        Ok(())
     }
 
     /// Lists the same choices, given the synchronisations that may have some, in their order.
@@ -282,17 +274,11 @@ impl<'a, const W: usize> Stepper<'a, W> {
         let prepared = self.prepared;
         let start = self.enabled.len() as u32;
         let candidates = &prepared.factors[index].candidates;
-        match &candidates.by_value {
-            Some(lists) => {
-                let mut listed = std::mem::take(&mut self.candidates);
-                listed.clear();
-                lists.find(&self.machine.regs, &mut listed);
-                let tested = listed.iter().try_for_each(|&at| self.test(&candidates.all[at as usize]));
-                self.candidates = listed;
-                tested?;
-            }
-            None => candidates.all.iter().try_for_each(|candidate| self.test(candidate))?,
+        let mut room = self.spare.pop().unwrap_or_default();
+        for &at in candidates.by_value.find(&self.machine.regs, &mut room) {
+            self.test(&candidates.all[at as usize])?;
         }
+        self.spare.push(room);
         let found = Slice { stamp: self.now, start, end: self.enabled.len() as u32 };
         self.factors[index] = found;
         Ok(found)

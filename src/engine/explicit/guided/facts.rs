@@ -12,8 +12,8 @@ use meliora_base::value::{Binary, Type, Unary, Value};
 use meliora_model::Program;
 use meliora_model::expr::{ExprId, ExprPool, Node};
 
-use crate::explicit::by_value::only_value;
 use crate::explicit::layout::width;
+use crate::explicit::needs::interval;
 
 /// A fact, by its number.
 pub(super) type Fact = u32;
@@ -102,8 +102,10 @@ impl<'p> Facts<'p> {
 
     /// Returns the fact of a test of one variable; no facts for other conditions.
     fn test(&mut self, e: ExprId, holds: bool) -> Condition {
-        if let Some((variable, value)) = only_value(self.pool, e) {
-            return self.value(variable, value, holds);
+        if let Some((variable, [value, high])) = interval(self.pool, e, true)
+            && value == high
+        {
+            return self.value(variable.0, value, holds);
         }
         let support = self.pool.support(e);
         let [variable] = support.as_slice() else { return Some([].into()) };

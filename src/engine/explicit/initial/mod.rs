@@ -6,18 +6,17 @@
 mod net;
 #[cfg(test)]
 mod tests;
-mod values;
 
 use std::cmp::Reverse;
 use std::sync::Arc;
 
 use super::explore::PATIENCE;
+use super::values::Values;
 use meliora_base::error::Result;
 use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
 use meliora_model::expr::ExprId;
 use net::{Net, Op};
-use values::Values;
 
 /// A search for the states in which a condition is true, which can be interrupted and continued.
 pub(super) struct Search {
