@@ -6,7 +6,7 @@ use std::collections::btree_map::Entry;
 use super::expr::ExprId;
 pub use super::weight::StepError;
 use super::weight::Weight;
-use super::{CommandId, ModelKind, Program, State, VarId};
+use super::{Branch, CommandId, ModelKind, Program, State, VarId};
 use meliora_base::exact::Ratio;
 use meliora_base::rounding::Sum;
 use meliora_base::value::{EvalError, Value};
@@ -218,10 +218,23 @@ impl Program {
     fn taken_branches<W: Weight>(&self, id: CommandId, state: &[i64]) -> Result<Vec<Taken<W>>, StepError> {
         let mut taken = Vec::new();
         for (branch, p) in W::branches(self, id, state)? {
-            let new = |&(v, e): &(VarId, ExprId)| Ok((v.index(), self.updated(id, v, e, state)?));
-            taken.push((branch.updates.iter().map(new).collect::<Result<_, StepError>>()?, p));
+            taken.push((self.new_values(id, branch, state)?, p));
         }
         Ok(taken)
+    }
+
+    /// Returns the variables that a branch of a command writes in a state, each with its new value.
+    ///
+    /// # Errors
+    /// An update has no value, or one out of range.
+    pub fn new_values(
+        &self,
+        id: CommandId,
+        branch: &Branch,
+        state: &[i64],
+    ) -> Result<Vec<(usize, i64)>, StepError> {
+        let new = |&(v, e): &(VarId, ExprId)| Ok((v.index(), self.updated(id, v, e, state)?));
+        branch.updates.iter().map(new).collect()
     }
 
     fn updated(&self, id: CommandId, variable: VarId, e: ExprId, state: &[i64]) -> Result<i64, StepError> {

@@ -34,8 +34,7 @@ impl Index {
             codes: Array::new(meter),
             words,
             numbers: HashTable::new(),
-            // Fixed seeds: results do not depend on them, and run times should not either.
-            hasher: RandomState::with_seeds(0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344),
+            hasher: hasher(),
             meter: meter.clone(),
             charge: meter.note(0),
         }
@@ -59,7 +58,7 @@ impl Index {
     /// The memory limit or the maximum number of states is reached.
     #[inline]
     pub(super) fn intern<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
-        let hash = hash(&self.hasher, code);
+        let hash = hash(&self.hasher, code.iter().copied());
         let same = |&id: &u32| self.codes[id as usize * W..][..W] == code[..];
         match self.numbers.find(hash, same) {
             Some(&id) => Ok(id),
@@ -70,7 +69,7 @@ impl Index {
     /// Returns the number of a code, if the code is known.
     pub(super) fn find(&self, code: &[u64]) -> Option<u32> {
         let same = |&id: &u32| self.code(id as usize) == code;
-        self.numbers.find(hash(&self.hasher, code), same).copied()
+        self.numbers.find(hash(&self.hasher, code.iter().copied()), same).copied()
     }
 
     /// Frees unused capacity.
@@ -111,10 +110,16 @@ impl Index {
     }
 }
 
+/// Returns a hash function. Its seeds are fixed: results do not depend on them, and run times should not either.
+pub(super) fn hasher() -> RandomState {
+    RandomState::with_seeds(0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344)
+}
+
+/// Returns the hash of some words.
 #[inline]
-fn hash(hasher: &RandomState, code: &[u64]) -> u64 {
+pub(super) fn hash(hasher: &RandomState, words: impl Iterator<Item = u64>) -> u64 {
     let mut hasher = hasher.build_hasher();
-    for &word in code {
+    for word in words {
         hasher.write_u64(word);
     }
     hasher.finish()
@@ -122,7 +127,7 @@ fn hash(hasher: &RandomState, code: &[u64]) -> u64 {
 
 /// Returns the hash of a number: that of its code.
 fn rehash<'a>(hasher: &'a RandomState, codes: &'a [u64], words: usize) -> impl Fn(&u32) -> u64 + 'a {
-    move |&id| hash(hasher, &codes[id as usize * words..][..words])
+    move |&id| hash(hasher, codes[id as usize * words..][..words].iter().copied())
 }
 
 #[cfg(test)]

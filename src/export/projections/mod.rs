@@ -132,12 +132,6 @@ impl Projections {
         })
     }
 
-    /// Returns the objectives whose target contains a state that matches a view.
-    pub fn targets_at(&self, view: &View) -> Vec<usize> {
-        let pattern = self.pattern(view);
-        (0..self.targets.len()).filter(|&i| self.meets(self.targets[i], &pattern)).collect()
-    }
-
     /// Returns true if the set of an edge contains a state that matches a view.
     pub fn holds(&self, edge: Edge, view: &View) -> bool {
         self.meets(edge, &self.pattern(view))

@@ -7,18 +7,16 @@
 
 use std::rc::Rc;
 
-use ahash::AHashMap;
+use ahash::{AHashMap, RandomState};
 
-use super::super::index::NOBODY;
+use super::super::index::{self, NOBODY};
 use super::super::stepper::Stepper;
 use super::Guided;
 use super::relaxation::outcomes;
 use meliora_base::error::Result;
-use meliora_base::value::Value;
 use meliora_model::{Branch, CommandId, Program, VarId};
 
 /// The states of paths by the variables and values that they need.
-#[derive(Default)]
 pub(super) struct Advice {
     /// For each state the variables that its path needs.
     pub(super) needs: AHashMap<u32, Rc<[VarId]>>,
@@ -29,6 +27,7 @@ pub(super) struct Advice {
     pub(super) looks: u64,
     /// The work spent with advice.
     work: u64,
+    hasher: RandomState,
 }
 
 /// The states whose paths need the same variables.
@@ -38,7 +37,17 @@ struct Similar {
     states: AHashMap<u64, u32>,
 }
 
+/// Returns the hash of the values of some variables.
+fn hash(hasher: &RandomState, needed: &[VarId], values: &[i64]) -> u64 {
+    index::hash(hasher, needed.iter().map(|variable| values[variable.index()] as u64))
+}
+
 impl Advice {
+    pub(super) fn new() -> Self {
+        let (lists, hasher) = (Vec::new(), index::hasher());
+        Advice { needs: AHashMap::new(), lists, numbers: AHashMap::new(), looks: 0, work: 0, hasher }
+    }
+
     /// Adds a state whose path needs some variables.
     fn add(&mut self, state: u32, needed: Rc<[VarId]>, values: &[i64]) {
         let next = self.lists.len();
@@ -46,7 +55,7 @@ impl Advice {
         if at == next {
             self.lists.push(Similar { needed: Rc::clone(&needed), states: AHashMap::new() });
         }
-        self.lists[at].states.insert(hash(&needed, values), state);
+        self.lists[at].states.insert(hash(&self.hasher, &needed, values), state);
         self.needs.insert(state, needed);
     }
 
@@ -54,16 +63,9 @@ impl Advice {
     pub(super) fn find(&mut self, values: &[i64]) -> Option<u32> {
         self.lists.iter().rev().find_map(|similar| {
             self.looks += similar.needed.len() as u64;
-            similar.states.get(&hash(&similar.needed, values)).copied()
+            similar.states.get(&hash(&self.hasher, &similar.needed, values)).copied()
         })
     }
-}
-
-fn hash(needed: &[VarId], values: &[i64]) -> u64 {
-    let mix = |hash: u64, variable: &VarId| {
-        (hash.rotate_left(5) ^ values[variable.index()] as u64).wrapping_mul(0x517c_c1b7_2722_0a95)
-    };
-    needed.iter().fold(0, mix)
 }
 
 impl Guided {
@@ -117,7 +119,7 @@ impl Guided {
             let branch = branch(&program, id, &self.values(similar), &self.values(step.next));
             let (Some(choice), Some(branch)) = (choice, branch) else { break };
             let leads =
-                |&edge: &u32| leads(&program, branch, &values, &self.values(self.part.successor(edge)));
+                |&edge: &u32| leads(&program, id, branch, &values, &self.values(self.part.successor(edge)));
             let Some(next) = self.part.edges_of(choice).find(leads) else { break };
             let to = self.part.successor(next);
             if self.part.leads_on(to) {
@@ -142,19 +144,15 @@ impl Guided {
 /// Returns an outcome of a command that leads from some values to others; `None` also for several commands.
 fn branch<'p>(program: &'p Program, id: CommandId, values: &[i64], later: &[i64]) -> Option<&'p Branch> {
     let is_one = id.0 != NOBODY;
-    is_one.then(|| outcomes(program, id).find(|branch| leads(program, branch, values, later))).flatten()
+    is_one.then(|| outcomes(program, id).find(|branch| leads(program, id, branch, values, later))).flatten()
 }
 
-fn leads(program: &Program, branch: &Branch, values: &[i64], later: &[i64]) -> bool {
-    let mut found = values.to_vec();
-    branch.updates.iter().all(|&(variable, new)| {
-        found[variable.index()] = match program.pool.eval(new, values) {
-            Ok(Value::Bool(value)) => i64::from(value),
-            Ok(Value::Int(value)) => value,
-            _ => return false,
-        };
-        true
-    }) && found == later
+fn leads(program: &Program, id: CommandId, branch: &Branch, values: &[i64], later: &[i64]) -> bool {
+    program.new_values(id, branch, values).is_ok_and(|new| {
+        let mut found = values.to_vec();
+        new.into_iter().for_each(|(variable, value)| found[variable] = value);
+        found == later
+    })
 }
 
 /// Returns the variables that matter before an outcome of a command, if some matter after it.

@@ -4,6 +4,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use super::facts::Fact;
 use super::relaxation::Relaxation;
 use crate::explicit::index::NOBODY;
 
@@ -28,8 +29,6 @@ pub(super) struct Estimator {
     /// The values for a new state.
     fresh: Vec<(u32, u32)>,
     open: BinaryHeap<Reverse<u64>>,
-    /// The facts of the state.
-    start: Vec<u32>,
     /// For each rule and for each command, the number of the last estimate whose plan contains it.
     used: Vec<u64>,
     first: Vec<u64>,
@@ -50,22 +49,10 @@ impl Estimator {
             first: vec![0; commands],
             fresh,
             open: BinaryHeap::new(),
-            start: Vec::new(),
             now: 0,
             enabled: Vec::new(),
             work: 0,
         }
-    }
-
-    /// Returns the distance of a state to the target by a relaxed plan; `None` if there is none: then no path of the
-    /// program leads there.
-    pub(super) fn estimate(&mut self, relaxation: &Relaxation, values: &[i64]) -> Option<Estimate> {
-        let mut start = std::mem::take(&mut self.start);
-        start.clear();
-        relaxation.facts_of(values, |fact| start.push(fact));
-        let found = self.estimate_from(relaxation, &start);
-        self.start = start;
-        found
     }
 
     /// Leaves out the rules of a command from now on.
@@ -78,14 +65,15 @@ impl Estimator {
         }
     }
 
-    /// Returns the same for all states with at most these facts.
-    pub(super) fn estimate_from(&mut self, relaxation: &Relaxation, start: &[u32]) -> Option<Estimate> {
+    /// Returns the distance of a state with these facts to the target by a relaxed plan. Returns `None` if there is none:
+    /// then no path of the program leads there, also from states with fewer facts.
+    pub(super) fn estimate(&mut self, relaxation: &Relaxation, facts: &[Fact]) -> Option<Estimate> {
         self.now += 1;
         self.cost.fill((NEVER, NOBODY));
         self.rules.copy_from_slice(&self.fresh);
         self.open.clear();
         self.enabled.clear();
-        start.iter().for_each(|&fact| self.reach(fact, 0, NOBODY));
+        facts.iter().for_each(|&fact| self.reach(fact, 0, NOBODY));
         for rule in 0..self.fresh.len() {
             if self.fresh[rule].0 == 0 {
                 self.apply(relaxation, rule);

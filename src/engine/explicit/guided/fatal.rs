@@ -27,7 +27,7 @@ impl Guided {
         }
         let is_fatal = outcomes(program, id).any(|branch| {
             let start = guide.relaxation.after(program, id, branch);
-            guide.estimator.estimate_from(&guide.relaxation, &start).is_none()
+            guide.estimator.estimate(&guide.relaxation, &start).is_none()
         });
         if is_fatal {
             guide.fatal[command as usize] = true;

@@ -5,17 +5,28 @@ use std::collections::VecDeque;
 use super::super::explore::fixed;
 use super::super::stepper::Stepper;
 use super::{Guided, Guiding};
-use ahash::AHashMap;
+use ahash::{AHashMap, AHashSet};
 use meliora_base::error::Result;
 use meliora_base::progress::Poll;
 use meliora_model::CommandId;
 use meliora_model::step::Choice;
 
+/// The states that a policy visits outside of the target, in the order in which it does.
+#[derive(Default)]
+pub(super) struct Visited {
+    /// Those with a choice.
+    states: Vec<u32>,
+    /// Those without.
+    pub(super) open: Vec<u32>,
+    /// The work: states and successors.
+    pub(super) steps: u64,
+}
+
 impl Guided {
     pub(super) fn follow<const W: usize>(&self) -> Result<Vec<Guiding>> {
         let mut poll = Poll::new(&*self.task.settings.sink);
         let mut stepper = Stepper::<W>::new(&self.task.prepared);
-        let states = self.visited();
+        let states = self.visited(VecDeque::pop_front).states;
         let distances = self.distances(&states);
         let mut policy = Vec::new();
         for state in states {
@@ -31,17 +42,25 @@ impl Guided {
         Ok(policy)
     }
 
-    /// Returns the states that the policy visits, those of the target left out, in the order in which it does.
-    fn visited(&self) -> Vec<u32> {
-        let (mut open, mut seen) = (VecDeque::from(self.initial.clone()), ahash::AHashSet::new());
-        let mut visited = Vec::new();
-        while let Some(state) = open.pop_front() {
-            if let (true, Some(step)) = (seen.insert(state), self.part.step(state)) {
-                visited.push(state);
-                open.extend(self.part.edges_of(step.choice).map(|edge| self.part.successor(edge)));
+    /// Follows the policy from the initial states; `next` takes a state out of those that are to be visited.
+    pub(super) fn visited(&self, next: fn(&mut VecDeque<u32>) -> Option<u32>) -> Visited {
+        let (mut waiting, mut seen) = (VecDeque::from(self.initial.clone()), AHashSet::new());
+        let mut found = Visited::default();
+        while let Some(state) = next(&mut waiting) {
+            found.steps += 1;
+            if self.part.standing[state as usize].is_target || !seen.insert(state) {
+                continue;
             }
+            let Some(step) = self.part.step(state) else {
+                found.open.push(state);
+                continue;
+            };
+            found.states.push(state);
+            let edges = self.part.edges_of(step.choice);
+            found.steps += edges.len() as u64;
+            waiting.extend(edges.map(|edge| self.part.successor(edge)));
         }
-        visited
+        found
     }
 
     /// Returns the least number of steps of the policy from each of the states that it visits to the target.

@@ -41,11 +41,13 @@ use meliora_model::{ModelKind, State, VarId};
 
 use super::compile::Compiler;
 use super::explore::{Exploration, LOOKS, Task, by_words};
+use super::index::NOBODY;
 use super::machine::{Code, Machine};
 use super::meter::Meter;
 use crate::settings::{Scope, Settings};
 use advice::Advice;
 use estimate::Estimator;
+use facts::Fact;
 use part::Part;
 use relaxation::Relaxation;
 use search::Search;
@@ -96,7 +98,10 @@ struct Condition {
 struct Guide {
     relaxation: Relaxation,
     estimator: Estimator,
+    /// The state that was read last, its values and its facts.
+    state: u32,
     values: State,
+    facts: Vec<Fact>,
     /// The commands that are known to be fatal, and those that were judged.
     fatal: Vec<bool>,
     judged: Vec<bool>,
@@ -125,7 +130,9 @@ impl Guided {
         let relaxation = Relaxation::new(program, target, &mut poll)?;
         let estimator = Estimator::new(&relaxation, program.commands.len());
         let values = vec![0; program.variables.len()];
-        let none = vec![false; program.commands.len()];
+        let fatal = vec![false; program.commands.len()];
+        let (judged, facts) = (fatal.clone(), Vec::new());
+        let guide = Guide { relaxation, estimator, state: NOBODY, values, facts, fatal, judged, age: 1 };
         let meter = Meter::new(memory);
         let task = Task {
             program: program.clone(),
@@ -137,11 +144,11 @@ impl Guided {
         let mut guided = Guided {
             part: Part::new(task.layout.words(), &meter),
             target: Condition { code, start, machine, support: target.pool().support(target.id()) },
-            guide: Guide { relaxation, estimator, values, fatal: none.clone(), judged: none, age: 1 },
+            guide,
             initial: Vec::new(),
             open: Vec::new(),
             search: Search::new(&meter),
-            advice: Advice::default(),
+            advice: Advice::new(),
             steps: 0,
             walked: [0; 2],
             reported: 0,

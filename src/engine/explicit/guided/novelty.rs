@@ -7,8 +7,8 @@
 use ahash::AHashMap;
 
 use super::super::meter::{Array, Meter};
+use super::Guide;
 use super::estimate::Estimate;
-use super::relaxation::Relaxation;
 use meliora_base::error::Result;
 
 /// The facts that the states of a search had.
@@ -24,26 +24,21 @@ impl Novelty {
         Novelty { classes: AHashMap::new(), seen: Array::new(meter) }
     }
 
-    /// Adds a state. Returns whether it has a fact that no earlier state with the same estimate had.
+    /// Adds the state whose facts the guide has read. Returns whether it has a fact that no earlier state with the same estimate had.
     ///
     /// # Errors
     /// The memory limit.
-    pub(super) fn see(
-        &mut self,
-        relaxation: &Relaxation,
-        values: &[i64],
-        estimate: Estimate,
-    ) -> Result<bool> {
+    pub(super) fn see(&mut self, guide: &Guide, estimate: Estimate) -> Result<bool> {
         let begin = *self.classes.entry(estimate).or_insert(self.seen.len());
-        while self.seen.len() < begin + relaxation.facts.div_ceil(64) {
+        while self.seen.len() < begin + guide.relaxation.facts.div_ceil(64) {
             self.seen.push(0)?;
         }
         let mut is_new = false;
-        relaxation.facts_of(values, |fact| {
+        for &fact in &guide.facts {
             let (word, bit) = (&mut self.seen[begin + fact as usize / 64], 1 << (fact % 64));
             is_new |= *word & bit == 0;
             *word |= bit;
-        });
+        }
         Ok(is_new)
     }
 

@@ -98,13 +98,11 @@ impl Relaxation {
         builder.finish(fact, poll)
     }
 
-    /// Calls `each` with the facts of a state.
-    #[inline]
-    pub(super) fn facts_of(&self, values: &[i64], mut each: impl FnMut(Fact)) {
+    /// Adds the facts of a state.
+    pub(super) fn facts_of(&self, values: &[i64], into: &mut Vec<Fact>) {
         for (&(low, first), value) in self.variables.iter().zip(values) {
             if first != usize::MAX {
-                let at = first + value.wrapping_sub(low) as usize;
-                self.passed.of(at).iter().for_each(|&fact| each(fact));
+                into.extend_from_slice(self.passed.of(first + value.wrapping_sub(low) as usize));
             }
         }
     }

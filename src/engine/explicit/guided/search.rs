@@ -1,5 +1,6 @@
 //! The control of a guided search: which state comes next, and the search for a path from it.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use super::super::explore::{PATIENCE, fixed};
@@ -7,6 +8,7 @@ use super::super::index::NOBODY;
 use super::super::meter::{Array, Meter};
 use super::super::stepper::{Stepper, sum};
 use super::estimate::Estimate;
+use super::follow::Visited;
 use super::novelty::Novelty;
 use super::part::{Standing, Taken};
 use super::queue::Queue;
@@ -146,27 +148,13 @@ impl Guided {
         None
     }
 
-    /// Follows the policy from the initial states, and lists those that need a choice.
+    /// Follows the policy from the initial states, depth first, and lists those that need a choice.
     fn walk(&mut self) {
         self.part.detached.clear();
-        self.open.clear();
-        let before = self.work();
-        let (mut stack, mut seen) = (self.initial.clone(), ahash::AHashSet::new());
-        while let Some(state) = stack.pop() {
-            self.steps += 1;
-            if self.part.standing[state as usize].is_target || !seen.insert(state) {
-                continue;
-            }
-            match self.part.step(state) {
-                Some(step) => {
-                    let edges = self.part.edges_of(step.choice);
-                    self.steps += edges.len() as u64;
-                    stack.extend(edges.map(|edge| self.part.successor(edge)));
-                }
-                None => self.open.push(state),
-            }
-        }
-        self.walked = [self.work(), self.work() - before];
+        let Visited { open, steps, .. } = self.visited(VecDeque::pop_back);
+        self.open = open;
+        self.steps += steps;
+        self.walked = [self.work(), steps];
     }
 
     /// Enters a state: estimates its distance, and lists its choices and their successors. If one of these is in the
@@ -212,22 +200,27 @@ impl Guided {
         Ok(())
     }
 
-    /// Writes the values of a state where the guide reads them.
-    pub(super) fn decode(&mut self, state: u32) {
-        self.task.layout.decode(self.part.index.code(state as usize), &mut self.guide.values);
+    /// Lets the guide read the facts of a state, unless it knows them.
+    fn read(&mut self, state: u32) {
+        let guide = &mut self.guide;
+        if std::mem::replace(&mut guide.state, state) != state {
+            self.task.layout.decode(self.part.index.code(state as usize), &mut guide.values);
+            guide.facts.clear();
+            guide.relaxation.facts_of(&guide.values, &mut guide.facts);
+        }
     }
 
     /// Returns whether a state that was just entered has something new to the search.
     fn is_novel(&mut self, state: u32) -> Result<bool> {
-        self.decode(state);
-        let class = self.part.estimate[state as usize];
-        self.search.novelty.see(&self.guide.relaxation, &self.guide.values, class)
+        self.read(state);
+        self.search.novelty.see(&self.guide, self.part.estimate[state as usize])
     }
 
     /// Estimates the distance of a state to the target. Returns false if it is lost.
     pub(super) fn estimate(&mut self, state: u32) -> bool {
-        self.decode(state);
-        let found = self.guide.estimator.estimate(&self.guide.relaxation, &self.guide.values);
+        self.read(state);
+        let guide = &mut self.guide;
+        let found = guide.estimator.estimate(&guide.relaxation, &guide.facts);
         self.part.standing[state as usize].age = self.guide.age;
         match found {
             Some(found) => self.part.estimate[state as usize] = found,
