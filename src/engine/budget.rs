@@ -19,7 +19,7 @@ pub(crate) struct Budget {
     changed: Condvar,
 }
 
-/// What the work does, seen by another thread that gives it its turns.
+/// The state of work, for another thread that gives it its turns.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Phase {
     /// Nobody gives it turns: it ends when no steps are left.

@@ -3,7 +3,7 @@
 //! The order of the bits by which the states were found need not be the best one for the question. So that order and the
 //! others that an exploration tries take turns, counted in steps. The first order has the first turn alone; an operation
 //! that does not end in it is begun by the others, too, each in a thread of its own, of which one runs at a time. The
-//! first to end goes on with the question. Sets of other orders are translated where they are used.
+//! first to end continues the question. Sets of other orders are translated where they are used.
 //!
 //! The work of a question is not known before it is answered, but that of the explicit engine is: its fixpoints are
 //! linear in the states and their successors, whose number diagrams know. So all orders together have as many steps as

@@ -39,7 +39,7 @@ struct Other {
     engine: OnceLock<Arc<SymbolicEngine>>,
 }
 
-/// Who goes on with an operation.
+/// The engine that continues an operation.
 pub(super) enum Next {
     /// Nobody: it has its result.
     Nobody,
@@ -141,7 +141,7 @@ impl Shared {
         turns.rest.as_ref().map(|(_, steps)| steps.saturating_sub(spent))
     }
 
-    /// Returns who goes on after an operation of the engine whose turn it is.
+    /// Returns the engine that continues an operation after a turn.
     ///
     /// # Errors
     /// A limit of the whole work.
@@ -169,8 +169,8 @@ impl Shared {
         }
     }
 
-    /// Gives work turns until one of it ends. That order goes on, and is the likeliest to be the best. An order whose
-    /// engine is not made in its first turn has no more turns.
+    /// Gives the work of all orders turns until the first ends. That order has the next turn, and from then on the most
+    /// steps. An order whose engine is not made in its first turn has no more turns.
     ///
     /// # Errors
     /// The error of the work, unless another one can go on.
@@ -208,7 +208,7 @@ impl Shared {
         Ok(None)
     }
 
-    /// Lets the explicit engine take over. Returns whether it does: it needs memory beside the diagrams.
+    /// Lets the explicit engine take over. Returns whether it does: it needs memory in addition to the diagrams.
     ///
     /// # Errors
     /// A limit of the whole work.
@@ -239,7 +239,7 @@ impl Shared {
         let memory = self.settings.memory / MEMORY_SHARE;
         let others = memory * self.others.len() as u64;
         if !self.first.limit_to(self.first.settings().memory.saturating_sub(others)) {
-            let what = "diagrams in another order beside those of the first one".to_owned();
+            let what = "diagrams in two orders at once".to_owned();
             return Err(Limit::Memory { what }.into());
         }
         let settings = Settings {

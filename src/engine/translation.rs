@@ -17,9 +17,9 @@ use meliora_base::error::{Error, Result};
 
 /// The sets translated so far.
 pub(super) struct Translated {
-    /// Those of other orders for each order, since the last turns of all orders began.
+    /// For each order the sets of other orders, since all orders last began to take turns.
     copies: Vec<Mutex<Copies>>,
-    /// Those of the explicit engine: diagrams are made no more, so these are at most the sets in use when it took over.
+    /// The sets of the explicit engine: diagrams are made no more, so these are at most the sets in use when it took over.
     listed: Mutex<Sets<explicit::StateSet, explicit::ChoiceSet>>,
     /// The number of each choice of the explicit engine among the groups of diagrams.
     groups: OnceLock<Groups>,

@@ -1,4 +1,4 @@
-//! The same states and choices with the bits in another order.
+//! An engine of the same states with the bits in another order, and copies of sets.
 
 use std::sync::Arc;
 
