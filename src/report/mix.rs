@@ -131,7 +131,7 @@ pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<(String, Vec<
     let is_front = shares.iter().all(Option::is_none) && !shares.is_empty();
     let sum: f64 = shares.iter().flatten().sum();
     let is_mixed = shares.iter().all(|share| share.is_some_and(|share| (0.0..=1.0).contains(&share)));
-    if !is_front && !(is_mixed && (sum - 1.0).abs() <= PRECISION) {
+    if !(is_front || is_mixed && (sum - 1.0).abs() <= PRECISION) {
         return Err(wrong(format!(
             "the shares of the strategies are probabilities that sum to 1: here the sum is {sum}"
         )));
