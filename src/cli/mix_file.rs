@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use meliora::reach::evaluate::{Evaluator, Model, Objectives};
+use meliora::reach::evaluate::{Evaluator, Following, Model, Objectives};
 use meliora_base::error::{Error, SourceFile};
 use meliora_base::random::Draw;
 use meliora_engine::{ExplicitEngine, Settings};
@@ -99,6 +99,27 @@ impl MixFile {
         StrategyValues { share: own.share, nodes: own.nodes.len() as u64, objectives }
     }
 
+    /// Follows all strategies; `None` if one has a fault, which the report has then.
+    fn followed<'m>(
+        &self,
+        job: &Job<PolicyReport>,
+        objectives: &'m Objectives<'m>,
+        nodes: &'m [Vec<Node>],
+    ) -> Result<Option<Vec<Following<'m>>>, Error> {
+        let mut all = Vec::new();
+        for nodes in nodes {
+            match objectives.follow(nodes)? {
+                Ok(found) => all.push(found),
+                Err(fault) => {
+                    let kind = fault.kind.to_string();
+                    job.update(|r| r.refuse(&self.program, &kind, Some(&fault.state)));
+                    return Ok(None);
+                }
+            }
+        }
+        Ok(Some(all))
+    }
+
     /// Checks that each strategy has the values that it claims, and that their mean satisfies the bounds.
     fn check(
         &self,
@@ -107,16 +128,9 @@ impl MixFile {
         nodes: &[Vec<Node>],
     ) -> Result<(), Error> {
         let mut means = vec![0.0; objectives.texts().len()];
-        for (at, nodes) in nodes.iter().enumerate() {
+        let Some(all) = self.followed(job, objectives, nodes)? else { return Ok(()) };
+        for (at, following) in all.iter().enumerate() {
             job.sink.check()?;
-            let following = match objectives.follow(nodes)? {
-                Ok(following) => following,
-                Err(fault) => {
-                    let kind = fault.kind.to_string();
-                    job.update(|r| r.refuse(&self.program, &kind, Some(&fault.state)));
-                    return Ok(());
-                }
-            };
             let mut shown = self.claims(at, objectives);
             let mut wrong = None;
             for (index, own) in shown.objectives.iter_mut().enumerate() {
@@ -166,17 +180,7 @@ impl MixFile {
             let message = "the strategies of a front have no shares, so none is drawn: ask for bounds, as in `multi(Pmax=? [ F a ], P>=0.5 [ F b ])`";
             return Err(Error::Usage(message.to_owned()));
         };
-        let mut following = Vec::new();
-        for nodes in nodes {
-            match objectives.follow(nodes)? {
-                Ok(found) => following.push(found),
-                Err(fault) => {
-                    let kind = fault.kind.to_string();
-                    job.update(|r| r.refuse(&self.program, &kind, Some(&fault.state)));
-                    return Ok(());
-                }
-            }
-        }
+        let Some(following) = self.followed(job, objectives, nodes)? else { return Ok(()) };
         let prepared = following.iter().map(|own| own.runs()).collect::<Result<Vec<_>, Error>>()?;
         job.update(|r| r.strategies = (0..nodes.len()).map(|at| self.claims(at, objectives)).collect());
         let count = objectives.texts().len();

@@ -88,16 +88,17 @@ fn the_values_of_a_strategy_are_those_of_its_chain() {
 /// Changes the first strategy, or the file.
 type Edit = fn(&mut Json);
 
-#[test]
-fn false_strategies_are_refused() {
+/// Returns what `verify` and `simulate` say of an edited file.
+fn judged(edit: Edit) -> [Finished; 2] {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    let (mix, [model, file]) = written(&scratch, PROPERTIES[0]);
-    let judged = |edit: Edit| {
-        let mut changed = mix.clone();
-        edit(&mut changed);
-        fs::write(&file, changed.to_string()).unwrap();
-        [verified(&model, &file), simulated(&model, &file, "10")]
-    };
+    let (mut mix, [model, file]) = written(&scratch, PROPERTIES[0]);
+    edit(&mut mix);
+    fs::write(&file, mix.to_string()).unwrap();
+    [verified(&model, &file), simulated(&model, &file, "10")]
+}
+
+#[test]
+fn strategies_of_another_model_are_refused() {
     let fails: [(Edit, &str); 4] = [
         (
             |m| m["strategies"][0]["nodes"][0]["actions"] = json!([]),
@@ -126,6 +127,10 @@ fn false_strategies_are_refused() {
             assert!(said.contains(condition), "{said}");
         }
     }
+}
+
+#[test]
+fn false_claims_are_refused() {
     let claims: [(Edit, &str); 3] = [
         (
             |m| {
@@ -151,6 +156,10 @@ fn false_strategies_are_refused() {
         let said = found.expect(1).json()["violation"]["condition"].as_str().unwrap().to_owned();
         assert!(said.contains(condition), "{said}");
     }
+}
+
+#[test]
+fn files_that_are_no_strategies_are_errors() {
     let texts: [(Edit, i32, &str); 6] = [
         (|m| m["strategies"][0]["share"] = json!(0.9), 3, "sum to 1"),
         (|m| m["strategies"] = json!([]), 3, "sum to 1"),
