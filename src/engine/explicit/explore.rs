@@ -42,8 +42,8 @@ pub(super) use by_words;
 pub(super) const PATIENCE: usize = 1 << 12;
 /// Minimum number of bytes per state: its entries in the sparse rows.
 const LEAST_BYTES: u64 = 12;
-/// Guards, and facts and rules of an estimate, that are looked at in about the time of a state or a successor.
-pub(super) const LOOKS: u64 = 16;
+/// Guards that are looked at in about the time of a state or a successor.
+const LOOKS: u64 = 16;
 
 /// The states of a scope, by number.
 #[derive(Debug)]

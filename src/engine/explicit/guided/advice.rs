@@ -23,7 +23,7 @@ pub(super) struct Advice {
     lists: Vec<Similar>,
     /// The positions of the lists by their variables.
     numbers: AHashMap<Rc<[VarId]>, usize>,
-    /// The values that were looked at.
+    /// The lists that were looked at.
     pub(super) looks: u64,
     /// The work spent with advice.
     work: u64,
@@ -62,7 +62,7 @@ impl Advice {
     /// Returns a state that agrees with these values in all that its path needs.
     pub(super) fn find(&mut self, values: &[i64]) -> Option<u32> {
         self.lists.iter().rev().find_map(|similar| {
-            self.looks += similar.needed.len() as u64;
+            self.looks += 1;
             similar.states.get(&hash(&self.hasher, &similar.needed, values)).copied()
         })
     }

@@ -35,7 +35,7 @@ pub(super) struct Estimator {
     now: u64,
     /// The commands whose conditions are true in the state of the last estimate; some may occur twice.
     pub(super) enabled: Vec<u32>,
-    /// The work of all estimates, in facts and rules that were looked at.
+    /// The work of all estimates: the facts that were reached, each with the rules that need it.
     pub(super) work: u64,
 }
 
@@ -91,7 +91,7 @@ impl Estimator {
                 return Some(Estimate { steps: self.plan(relaxation), goals: self.goals(relaxation) });
             }
             let uses = relaxation.uses.of(fact as usize);
-            self.work += 1 + uses.len() as u64;
+            self.work += 1;
             for &rule in uses {
                 let (left, sum) = &mut self.rules[rule as usize];
                 *left -= 1;

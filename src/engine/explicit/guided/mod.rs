@@ -40,7 +40,7 @@ use meliora_model::step::Choice;
 use meliora_model::{ModelKind, State, VarId};
 
 use super::compile::Compiler;
-use super::explore::{Exploration, LOOKS, Task, by_words};
+use super::explore::{Exploration, Task, by_words};
 use super::index::NOBODY;
 use super::machine::{Code, Machine};
 use super::meter::Meter;
@@ -161,9 +161,9 @@ impl Guided {
         Ok(Some(guided))
     }
 
-    /// Returns the work so far, counted in states and successors.
+    /// Returns the work so far, counted in states and successors, facts of estimates and lists of advice.
     pub(crate) fn work(&self) -> u64 {
-        self.steps + (self.guide.estimator.work + self.advice.looks) / LOOKS
+        self.steps + self.guide.estimator.work + self.advice.looks
     }
 
     /// Continues until the answer is known, or the work so far is at least `most`. Returns whether some strategy
