@@ -14,9 +14,9 @@ use meliora_model::step::Choice;
 /// The states that a policy visits outside of the target, in the order in which it does.
 #[derive(Default)]
 pub(super) struct Visited {
-    /// Those with a choice.
+    /// The states with a choice.
     states: Vec<u32>,
-    /// Those without.
+    /// The states without one.
     pub(super) open: Vec<u32>,
     /// The work: states and successors.
     pub(super) steps: u64,
