@@ -92,10 +92,8 @@ impl Shared {
         let others = Vec::from_iter(first.other_orders().into_iter().map(other));
         let begun = budget.spent();
         let schedule = Schedule::new(1 + others.len(), begun.max(settings.thresholds.first_turn));
-        let mut turns = Turns { schedule, begun, rest, taken_over_after: None, full: None };
-        let steps = turns.schedule.next().map_or(u64::MAX, |turn| turn.steps);
-        budget.allow(turns.rest.as_ref().map_or(steps, |(_, most)| steps.min(*most)));
-        Shared {
+        budget.allow(0);
+        let shared = Shared {
             settings,
             first,
             first_budget: budget,
@@ -103,8 +101,10 @@ impl Shared {
             others,
             explicit: OnceLock::new(),
             at: AtomicUsize::new(0),
-            turns: Mutex::new(turns),
-        }
+            turns: Mutex::new(Turns { schedule, begun, rest, taken_over_after: None, full: None }),
+        };
+        shared.begin_turn(&mut shared.turns());
+        shared
     }
 
     /// Returns the settings, with the sink of the whole work.
@@ -141,6 +141,13 @@ impl Shared {
         turns.rest.as_ref().map(|(_, steps)| steps.saturating_sub(spent))
     }
 
+    /// Adds the steps of its next turn to those that an order has left.
+    fn begin_turn(&self, turns: &mut Turns) {
+        let Some(Turn { way, steps }) = turns.schedule.next() else { return };
+        let steps = self.budget(way).left().saturating_add(steps);
+        self.budget(way).allow(steps.min(self.left(turns).unwrap_or(u64::MAX)));
+    }
+
     /// Returns the engine that continues an operation after a turn.
     ///
     /// # Errors
@@ -169,8 +176,8 @@ impl Shared {
         }
     }
 
-    /// Gives the work of all orders turns until the first ends. That order has the next turn, and from then on the most
-    /// steps. An order whose engine is not made in its first turn has no more turns.
+    /// Gives the work of all orders turns until the first ends. That order begins the next round, and has the most steps
+    /// from then on. An order whose engine is not made in its first turn has no more turns.
     ///
     /// # Errors
     /// The error of the work, unless another one can go on.
@@ -201,6 +208,7 @@ impl Shared {
                 result => {
                     self.at.store(way, Relaxed);
                     turns.schedule.prefer(way);
+                    self.begin_turn(turns);
                     return result.map(Some);
                 }
             }

@@ -50,9 +50,11 @@ impl Schedule {
         &self.open
     }
 
-    /// Makes a way the likeliest one from now on.
+    /// Makes a way the likeliest one from now on, and begins a round with it.
     pub(crate) fn prefer(&mut self, way: usize) {
         self.first = way;
+        self.open.sort_by_key(|&open| open != way);
+        self.next = self.open.len();
     }
 
     /// Takes turns until one of them has a result.
@@ -131,6 +133,18 @@ mod tests {
                 assert!(turns(&needed).1 < 2 * 4 * shares * best, "{best} by way {at}");
             }
         }
+    }
+
+    #[test]
+    fn a_way_that_is_preferred_begins_the_next_round() {
+        let mut schedule = Schedule::new(3, 8);
+        let turns = |schedule: &mut Schedule, n| {
+            let turns = schedule.take(n).map(|turn| (turn.way, turn.steps));
+            turns.collect::<Vec<_>>()
+        };
+        assert_eq!(turns(&mut schedule, 2), [(0, 8), (1, 4)]);
+        schedule.prefer(1);
+        assert_eq!(turns(&mut schedule, 4), [(1, 16), (0, 8), (2, 8), (1, 32)]);
     }
 
     #[test]

@@ -257,19 +257,24 @@ fn tables_that_many_threads_share_stay_right() {
 }
 
 #[test]
-fn copies_into_another_store_are_the_same_functions_and_cannot_be_cancelled() {
+fn copies_into_another_store_are_the_same_functions_in_any_order_and_can_be_cancelled() {
     let sink = Arc::new(Patience { allowed: u64::MAX.into() });
     let store = Store::new(16, &Settings { sink: sink.clone(), ..settings(64 << 20) }).unwrap();
     let other = Store::new(16, &Settings { sink: sink.clone(), ..settings(64 << 20) }).unwrap();
     let (levels, mut next) = (Vec::from_iter((0..16).map(|bit| 2 * bit)), numbers(5));
     let original = [random(&store, &levels, &mut next), store.one(), store.zero()];
+    let orders: [fn(u32) -> u32; 3] = [|level| level, |level| 30 - level, |level| (level + 10) % 32];
+    let back: [fn(u32) -> u32; 3] = [|level| level, |level| 30 - level, |level| (level + 22) % 32];
+    for (order, back) in orders.into_iter().zip(back) {
+        let mut copies = original.clone();
+        other.adopt_all(&store, order, copies.iter_mut()).unwrap();
+        assert!(copies.iter().all(|copy| other.owns(copy) && !store.owns(copy)));
+        assert_eq!(other.count(&copies[0], 0).unwrap(), store.count(&original[0], 0).unwrap());
+        let mut again = copies.clone();
+        store.adopt_all(&other, back, again.iter_mut()).unwrap();
+        assert!(again == original);
+    }
     sink.allowed.store(0, Relaxed);
-    let mut copies = original.clone();
-    other.adopt_all(&store, |level| level, copies.iter_mut()).unwrap();
-    assert!(copies.iter().all(|copy| other.owns(copy) && !store.owns(copy)));
-    let mut back = copies.clone();
-    store.adopt_all(&other, |level| level, back.iter_mut()).unwrap();
-    assert!(back == original);
-    sink.allowed.store(u64::MAX, Relaxed);
-    assert_eq!(other.count(&copies[0], 0).unwrap(), store.count(&original[0], 0).unwrap());
+    let cancelled = other.adopt_all(&store, |level| level, original.clone().iter_mut());
+    assert!(matches!(cancelled, Err(Error::Limit(Limit::Interrupted))));
 }
