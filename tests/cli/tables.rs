@@ -229,7 +229,9 @@ fn what_a_limit_leaves_of_a_whole_strategy_adds_up() {
         assert!(states == all || more == 0, "{limit}: all states come first");
         assert!(!text.stderr.contains("`values`"), "{limit}: {}", text.stderr);
         let table = run(&format!("{FLEET} {limit} --csv {file}"));
-        assert!(table.stdout.contains("was not written") || table.status == 0, "{}", table.stdout);
+        // A slower run may end before it has a state.
+        let has_states = table.stdout.contains("before the work stopped");
+        assert!(table.stdout.contains("was not written") || !has_states, "{}", table.stdout);
         assert!(table.status == 0 || !scratch.path("all.csv").exists());
         stopped += 1;
     }
