@@ -189,12 +189,14 @@ impl Shared {
         let mut running = Vec::from_iter(self.budgets().map(|_| None));
         while self.left(turns) != Some(0) {
             let Some(Turn { way, steps }) = turns.schedule.next() else { return Ok(None) };
-            if running[way].is_none() {
-                running[way] = begin(way).ok();
-            }
-            let Some(run) = running[way].take() else {
-                turns.schedule.withdraw(way);
-                continue;
+            let run = match running[way].take().map_or_else(|| begin(way), Ok) {
+                Ok(run) => run,
+                // The last order needs no thread of its own.
+                Err(_) if turns.schedule.open().len() == 1 => return Ok(None),
+                Err(_) => {
+                    turns.schedule.withdraw(way);
+                    continue;
+                }
             };
             if !self.budget(way).give_turn(steps.min(self.left(turns).unwrap_or(u64::MAX))) {
                 match self.is_made(way) {
