@@ -6,7 +6,7 @@
 //! first to end continues the question. Sets of other orders are translated where they are used.
 //!
 //! The work of a question is not known before it is answered, but that of the explicit engine is: its fixpoints are
-//! linear in the states and their successors, whose number diagrams know. So all orders together have as many steps as
+//! linear in the states and their successors, whose number diagrams know. So each order has at most as many steps as
 //! the explicit engine needs to list the states. After these, it lists them and answers the rest of the question.
 
 use std::sync::{Arc, OnceLock};

@@ -135,9 +135,10 @@ impl Shared {
         (0..self.orders()).map(|order| self.budget(order))
     }
 
-    /// Returns the steps of diagrams before the explicit engine takes over; `None` if it cannot.
+    /// Returns the steps of an order before the explicit engine takes over; `None` if it cannot.
     fn left(&self, turns: &Turns) -> Option<u64> {
-        let spent = self.budgets().map(Budget::spent).sum::<u64>() - turns.begun;
+        let first = self.first_budget.spent() - turns.begun;
+        let spent = self.others.iter().map(|other| other.budget.spent()).fold(first, u64::max);
         turns.rest.as_ref().map(|(_, steps)| steps.saturating_sub(spent))
     }
 

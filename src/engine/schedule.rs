@@ -14,6 +14,8 @@ pub(crate) struct Schedule {
     ways: usize,
     /// The way that is the likeliest to be the best.
     first: usize,
+    /// How often another way was preferred since each way was.
+    lost: Vec<u32>,
     /// The ways that have turns, in their order.
     open: Vec<usize>,
     /// The place of the next turn among these.
@@ -34,7 +36,14 @@ pub(crate) struct Turn {
 impl Schedule {
     /// Creates a schedule for a number of ways, at least 1, with the first budget.
     pub(crate) fn new(ways: usize, first: u64) -> Self {
-        Schedule { ways, first: 0, open: (0..ways).collect(), next: 0, budget: first.max(1) }
+        Schedule {
+            ways,
+            first: 0,
+            lost: vec![0; ways],
+            open: (0..ways).collect(),
+            next: 0,
+            budget: first.max(1),
+        }
     }
 
     /// Removes a way, which has no more turns.
@@ -50,9 +59,12 @@ impl Schedule {
         &self.open
     }
 
-    /// Makes a way the likeliest one from now on, and begins a round with it.
+    /// Makes a way the likeliest one from now on, and begins a round with it. Each time, the turns of the other ways are
+    /// halved.
     pub(crate) fn prefer(&mut self, way: usize) {
         self.first = way;
+        self.lost.iter_mut().for_each(|lost| *lost = (*lost + 1).min(63));
+        self.lost[way] = 0;
         self.open.sort_by_key(|&open| open != way);
         self.next = self.open.len();
     }
@@ -88,7 +100,7 @@ impl Iterator for Schedule {
         let steps = match way {
             _ if self.open.len() == 1 => u64::MAX,
             _ if way == self.first => self.budget,
-            _ => (self.budget / (self.ways as u64 - 1)).max(1),
+            _ => (self.budget / (self.ways as u64 - 1) >> self.lost[way]).max(1),
         };
         Some(Turn { way, steps })
     }
@@ -144,7 +156,7 @@ mod tests {
         };
         assert_eq!(turns(&mut schedule, 2), [(0, 8), (1, 4)]);
         schedule.prefer(1);
-        assert_eq!(turns(&mut schedule, 4), [(1, 16), (0, 8), (2, 8), (1, 32)]);
+        assert_eq!(turns(&mut schedule, 4), [(1, 16), (0, 4), (2, 4), (1, 32)]);
     }
 
     #[test]
