@@ -100,7 +100,7 @@ impl Iterator for Schedule {
         let steps = match way {
             _ if self.open.len() == 1 => u64::MAX,
             _ if way == self.first => self.budget,
-            _ => (self.budget / (self.ways as u64 - 1) >> self.lost[way]).max(1),
+            _ => ((self.budget / (self.ways as u64 - 1)) >> self.lost[way]).max(1),
         };
         Some(Turn { way, steps })
     }
