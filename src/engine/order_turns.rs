@@ -10,8 +10,8 @@ use super::explicit::ExplicitEngine;
 use super::rest::Rest;
 use super::schedule::{Schedule, Turn};
 use super::settings::{MEMORY_SHARE, Settings, Storage, Usage};
+use super::symbolic::Bit;
 use super::symbolic::SymbolicEngine;
-use super::symbolic::order::Ordered;
 use super::translation::Translated;
 use meliora_base::error::{Error, Limit, Result};
 
@@ -20,8 +20,8 @@ pub(super) struct Shared {
     settings: Settings,
     /// The engine that has found the states.
     pub(super) first: Arc<SymbolicEngine>,
-    first_budget: Arc<Budget>,
-    others: Vec<Other>,
+    /// The orders, that of the first engine first.
+    orders: Vec<OneOrder>,
     /// The explicit engine of the whole model, once it has taken over.
     pub(super) explicit: OnceLock<Arc<ExplicitEngine>>,
     /// The order whose turn it is; 0 is that of the first engine.
@@ -30,11 +30,13 @@ pub(super) struct Shared {
     pub(super) translated: Translated,
 }
 
-/// Another order.
-struct Other {
-    order: Ordered,
+/// An order of the bits.
+struct OneOrder {
+    bits: Vec<Bit>,
     /// The sink of its engine.
     budget: Arc<Budget>,
+    /// The steps before the question.
+    begun: u64,
     /// The engine of the whole model, once it is made.
     engine: OnceLock<Arc<SymbolicEngine>>,
 }
@@ -52,8 +54,6 @@ pub(super) enum Next {
 /// The turns of the orders.
 pub(super) struct Turns {
     schedule: Schedule,
-    /// The steps before the question.
-    begun: u64,
     /// The explicit engine, and the steps of the question after which it takes over; `None` if it cannot.
     rest: Option<(Rest, u64)>,
     /// The steps after which it took over.
@@ -85,23 +85,24 @@ impl Shared {
         budget: Arc<Budget>,
         rest: Option<(Rest, u64)>,
     ) -> Self {
-        let other = |order| {
-            let budget = Arc::new(Budget::new(0, &settings.sink));
-            Other { order, budget, engine: OnceLock::new() }
-        };
-        let others = Vec::from_iter(first.other_orders().into_iter().map(other));
         let begun = budget.spent();
-        let schedule = Schedule::new(1 + others.len(), begun.max(settings.thresholds.first_turn));
+        let fresh = |bits| {
+            let budget = Arc::new(Budget::new(0, &settings.sink));
+            OneOrder { bits, budget, begun: 0, engine: OnceLock::new() }
+        };
+        let mut orders = Vec::from_iter(first.orders().into_iter().map(fresh));
         budget.allow(0);
+        (orders[0].budget, orders[0].begun) = (budget, begun);
+        orders[0].engine = Arc::clone(&first).into();
+        let schedule = Schedule::new(orders.len(), begun.max(settings.thresholds.first_turn));
         let shared = Shared {
             settings,
             first,
-            first_budget: budget,
-            translated: Translated::new(1 + others.len()),
-            others,
+            translated: Translated::new(orders.len()),
+            orders,
             explicit: OnceLock::new(),
             at: AtomicUsize::new(0),
-            turns: Mutex::new(Turns { schedule, begun, rest, taken_over_after: None, full: None }),
+            turns: Mutex::new(Turns { schedule, rest, taken_over_after: None, full: None }),
         };
         shared.begin_turn(&mut shared.turns());
         shared
@@ -114,7 +115,7 @@ impl Shared {
 
     /// Returns the number of orders.
     pub(super) fn orders(&self) -> usize {
-        1 + self.others.len()
+        self.orders.len()
     }
 
     /// Returns the order whose turn it is.
@@ -126,19 +127,18 @@ impl Shared {
         self.turns.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the steps of the order whose turn it is.
+    /// Returns the budget of an order.
     pub(super) fn budget(&self, order: usize) -> &Budget {
-        order.checked_sub(1).map_or(&self.first_budget, |order| &self.others[order].budget)
+        &self.orders[order].budget
     }
 
     pub(super) fn budgets(&self) -> impl Iterator<Item = &Budget> {
-        (0..self.orders()).map(|order| self.budget(order))
+        self.orders.iter().map(|order| &*order.budget)
     }
 
     /// Returns the steps of an order before the explicit engine takes over; `None` if it cannot.
     fn left(&self, turns: &Turns) -> Option<u64> {
-        let first = self.first_budget.spent() - turns.begun;
-        let spent = self.others.iter().map(|other| other.budget.spent()).fold(first, u64::max);
+        let spent = self.orders.iter().map(|order| order.budget.spent() - order.begun).fold(0, u64::max);
         turns.rest.as_ref().map(|(_, steps)| steps.saturating_sub(spent))
     }
 
@@ -235,20 +235,17 @@ impl Shared {
 
     /// Returns the engines of diagrams that are made.
     pub(super) fn diagrams(&self) -> impl Iterator<Item = &Arc<SymbolicEngine>> {
-        std::iter::once(&self.first).chain(self.others.iter().filter_map(|other| other.engine.get()))
+        self.orders.iter().filter_map(|order| order.engine.get())
     }
 
     /// Returns the engine of diagrams of the whole model in an order. Each order but the first has a share of the memory.
     pub(super) fn whole(&self, order: usize) -> Result<&Arc<SymbolicEngine>> {
-        let Some(Other { order, budget, engine }) = order.checked_sub(1).map(|order| &self.others[order])
-        else {
-            return Ok(&self.first);
-        };
+        let OneOrder { bits, budget, engine, .. } = &self.orders[order];
         if let Some(engine) = engine.get() {
             return Ok(engine);
         }
         let memory = self.settings.memory / MEMORY_SHARE;
-        let others = memory * self.others.len() as u64;
+        let others = memory * (self.orders.len() - 1) as u64;
         if !self.first.limit_to(self.first.settings().memory.saturating_sub(others)) {
             let what = "diagrams in two orders at once".to_owned();
             return Err(Limit::Memory { what }.into());
@@ -259,21 +256,17 @@ impl Shared {
             sink: Arc::clone(budget) as _,
             ..self.settings.clone()
         };
-        let made = self.first.reordered(order, settings)?;
+        let made = self.first.reordered(bits, settings)?;
         Ok(engine.get_or_init(|| Arc::new(made)))
     }
 
     /// Returns the order of an engine of diagrams.
     pub(super) fn order_of(&self, engine: &SymbolicEngine) -> Option<usize> {
-        let is_of = |own: &Arc<SymbolicEngine>| own.shares(engine);
-        if is_of(&self.first) {
-            return Some(0);
-        }
-        self.others.iter().position(|other| other.engine.get().is_some_and(is_of)).map(|order| order + 1)
+        self.orders.iter().position(|order| order.engine.get().is_some_and(|own| own.shares(engine)))
     }
 
     fn is_made(&self, order: usize) -> bool {
-        order.checked_sub(1).is_none_or(|order| self.others[order].engine.get().is_some())
+        self.orders[order].engine.get().is_some()
     }
 
     /// Returns the resources that all engines have used so far.

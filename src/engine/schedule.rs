@@ -9,12 +9,13 @@ use meliora_base::error::Result;
 ///
 /// In each round the first way has a budget, and the others share as much; the budget of a round is twice that of
 /// the round before. So the first way has the first budget alone, and half of all later work. Whichever way is the
-/// best, all of them together take at most a fixed multiple of its work. The last way that is left has no budget.
+/// best, all of them together take at most a fixed multiple of its work, as long as none is preferred. The last way that
+/// is left has no budget.
 pub(crate) struct Schedule {
     ways: usize,
     /// The way that is the likeliest to be the best.
     first: usize,
-    /// How often another way was preferred since each way was.
+    /// For each way, the number of times that another one was preferred since it was.
     lost: Vec<u32>,
     /// The ways that have turns, in their order.
     open: Vec<usize>,

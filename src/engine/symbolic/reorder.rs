@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::build::Explored;
-use super::order::{Order, Ordered, candidates};
+use super::order::{Bit, Order, candidates};
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::{ChoiceSet, Encoding, StateSet, SymbolicEngine};
@@ -11,13 +11,13 @@ use crate::settings::Settings;
 use meliora_base::error::Result;
 
 impl SymbolicEngine {
-    /// Returns the orders of [`candidates`] other than that of this engine; none if the user has given one.
-    pub(crate) fn other_orders(&self) -> Vec<Ordered> {
-        if self.settings.order != Order::Auto {
-            return Vec::new();
+    /// Returns the order of this engine and the others of [`candidates`]; the first alone if the user has given it.
+    pub(crate) fn orders(&self) -> Vec<Vec<Bit>> {
+        let mut orders = vec![self.encoding.order().to_vec()];
+        if self.settings.order == Order::Auto {
+            let others = candidates(&self.program, false).into_iter().map(|order| order.bits);
+            orders.extend(others.filter(|order| order != self.encoding.order()));
         }
-        let mut orders = candidates(&self.program, false);
-        orders.retain(|order| order.bits != self.encoding.order());
         orders
     }
 
@@ -28,8 +28,8 @@ impl SymbolicEngine {
     ///
     /// # Errors
     /// A limit.
-    pub(crate) fn reordered(&self, order: &Ordered, settings: Settings) -> Result<Self> {
-        let (bits, program) = (order.bits.clone(), Arc::clone(&self.program));
+    pub(crate) fn reordered(&self, bits: &[Bit], settings: Settings) -> Result<Self> {
+        let (bits, program) = (bits.to_vec(), Arc::clone(&self.program));
         let encoding = Encoding::new(&program, bits.clone());
         let copy = |store: &Store| {
             let mut states = [self.states.0.clone()];

@@ -20,9 +20,9 @@ use meliora_quantities::{Bounds, Interval};
 
 /// The objectives of a property `multi(…)` in the only initial state.
 pub struct Objectives<'m> {
-    arena: &'m Arena<'m>,
-    start: State,
-    read: Vec<Read>,
+    pub(super) arena: &'m Arena<'m>,
+    pub(super) start: State,
+    pub(super) read: Vec<Read>,
     texts: Vec<String>,
 }
 

@@ -1,5 +1,6 @@
 //! Several objectives at once: `multi(…)`.
 
+use super::following::Objectives;
 use super::operators::position;
 use super::{At, Evaluator, Number};
 use meliora_base::error::{Error, Result};
@@ -141,15 +142,9 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     /// # Errors
     /// The property is another one; there are several initial states; the errors of [`Evaluator::answer`].
     pub fn mix(&self, term: &Term) -> Result<Mix> {
-        let initial = self.at(&self.engine.initial_states())?;
-        let (TermKind::Multi(all), [state]) = (&term.kind, initial.list.as_slice()) else {
-            let message = "the strategies of `multi` begin in one initial state";
-            return Err(self.wrong(term, message).into());
-        };
-        let arena: &Arena<'_> = self.model.arena()?;
-        let read = self.read(arena, all, state)?;
+        let Objectives { arena, start, read, .. } = self.objectives(term)?;
         let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
-        let found = mixed(arena, position(arena, state), &objectives, self.model.precision);
+        let found = mixed(arena, position(arena, &start), &objectives, self.model.precision);
         let (_, parts) = found.map_err(|error| self.placed(term, error))?;
         let strategy = |part: Part| {
             let value =
