@@ -37,33 +37,21 @@ fn reason(text: &str) -> String {
 fn what_every_step_moves_stands_above_flags_and_places() {
     let text = "mdp module robot picked : bool; x : [0..9]; battery : [0..9] init 9;\n\
         [go] battery>0 & x<9 -> (x'=x+1) & (battery'=battery-1);\n\
+        [wait] battery>0 -> (battery'=battery-1);\n\
         [pick] x=5 -> (picked'=true);\n\
         endmodule";
     assert_eq!(auto(text), ["battery", "picked", "x"]);
 }
 
 #[test]
-fn what_only_some_steps_move_stands_last_where_it_is_compared_with_bounds() {
-    let text = "mdp module robot fuel : [0..9] init 9; x : [0..9];\n\
-        [go] x<9 & x!=4 -> (x'=x+1);\n\
-        [back] x>0 -> (x'=x-1);\n\
-        [hop] fuel>0 & x<8 -> (x'=x+2) & (fuel'=fuel-1);\n\
-        endmodule";
-    assert_eq!(auto(text), ["x", "fuel"]);
-}
-
-#[test]
-fn a_counter_whose_steps_reset_another_stands_on_top() {
-    let text = "mdp module unit s : [0..2]; done : [0..9]; round : [0..5];\n\
-        [take] s=0 & done<9 & done!=4 -> (s'=1);\n\
+fn what_is_assigned_stands_above_what_is_counted() {
+    let text = "mdp module unit done : [0..9]; s : [0..2];\n\
+        [take] s=0 & done<9 -> (s'=1);\n\
         [test] s=1 -> 1/2: (s'=0) + 1/2: (s'=2);\n\
         [work] s=2 -> (s'=0) & (done'=done+1);\n\
-        [next] done=9 & round<5 -> (round'=round+1) & (done'=0);\n\
         endmodule";
-    assert_eq!(auto(text), ["round", "s", "done"]);
-    assert_eq!(reason(text), "round on top, since its steps begin other counts anew");
-    let both = text.replace("[work]", "[undo] round>0 -> (round'=round-1) & (done'=0); [work]");
-    assert_eq!(auto(&both), ["s", "done", "round"]);
+    assert_eq!(auto(text), ["s", "done"]);
+    assert_eq!(reason(text), "counters below the other variables");
 }
 
 /// A grid with other names than the generator's.
@@ -134,22 +122,4 @@ fn networks_with_an_integer_keep_their_flags_as_declared() {
     let text = flags(&declared).replace("f0 : bool;", "n : [0..2]; f0 : bool;");
     let flags: Vec<String> = auto(&text).into_iter().filter(|name| name != "n").collect();
     assert_eq!(flags, declared.map(|v| format!("f{v}")));
-}
-
-#[test]
-fn in_a_game_what_every_step_of_a_module_uses_up_stands_above_the_turn_and_the_places() {
-    let text = "smg player us [go], [back] endplayer player them [up], [down] endplayer
-        module turns turn : [0..1]; [go] turn=0 -> (turn'=1); [back] turn=0 -> (turn'=1);
-        [up] turn=1 -> (turn'=0); [down] turn=1 -> (turn'=0); endmodule
-        module robot x : [0..9]; battery : [0..9] init 9;
-        [go] battery>0 & x<9 & x+1!=y -> (x'=x+1) & (battery'=battery-1);
-        [back] battery>0 & x>0 -> (x'=x-1) & (battery'=x=1 ? 9 : battery-1); endmodule
-        module guard y : [0..9] init 9; [up] y<9 -> (y'=y+1); [down] y>0 -> (y'=y-1); endmodule";
-    assert_eq!(auto(text), ["battery", "turn", "x", "y"]);
-    assert_eq!(reason(text), "battery on top, since every step of the module changes it");
-    // Without players, and for a counter that goes both ways, as declared.
-    let alone = text.replace("player us [go], [back] endplayer player them [up], [down] endplayer", "");
-    assert_eq!(auto(&alone.replace("smg", "mdp")), ["turn", "x", "battery", "y"]);
-    let charging = text.replace("(battery'=x=1 ? 9 : battery-1)", "(battery'=battery+1)");
-    assert_eq!(auto(&charging), ["turn", "x", "battery", "y"]);
 }

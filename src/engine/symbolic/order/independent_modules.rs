@@ -1,19 +1,16 @@
-//! The variable order heuristic for grid modules: one module that moves, or several independent
-//! modules that never move together.
+//! The variable order heuristic for one module, or several that never move together.
 //!
 //! A counter that every step changes (a battery, a clock) divides the states into slices, each of
-//! which leads only into the next one. At the top, it lets the recursions proceed slice by slice. So
-//! does the counter of an outer loop, whose steps set the counters of an inner one back.
-//! Flags come next, because they only remember. Positions follow; those that guards test together
-//! are interleaved bit by bit, because neighbouring states are close in each of them. A counter
-//! that is only compared with bounds comes last.
+//! which leads only into the next one. At the top, it lets the recursions proceed slice by slice.
+//! Variables that are assigned come next: they remember. Other counters follow; those that guards test together
+//! are interleaved bit by bit, because neighbouring states are close in each of them.
 
 use std::fmt::Write;
 
 use ahash::{AHashMap, AHashSet};
 
 use super::Bit;
-use super::counters::{counters, is_one_way, is_stage, operands, support, thresholds};
+use super::counters::{counters, support};
 use super::{Ordered, by_variables};
 use meliora_model::expr::{ExprId, Node};
 use meliora_model::{Command, Program, VarId};
@@ -24,9 +21,8 @@ use meliora_model::{Command, Program, VarId};
 const MOST_STEPS: usize = 75;
 
 /// Returns the flags that no module owns, then the variables of one module after the other, each
-/// module ordered on its own. Returns `None` if one module depends on another.
+/// module ordered on its own. Returns `None` if modules move together or share more than flags.
 pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
-    let is_flag = |v: &VarId| program.variables[v.index()].bits() <= 1;
     let owner = |v: &VarId| program.variables[v.index()].module;
     let mut shared: Vec<VarId> = program.variable_ids().filter(|v| owner(v).is_none()).collect();
     let mut modules: Vec<IndependentModule<'_>> =
@@ -35,13 +31,10 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     match modules.as_mut_slice() {
         [] => return None,
         [only] => only.variables.splice(0..0, shared.drain(..)).for_each(drop),
-        several => {
-            let apart = |w: &IndependentModule<'_>| {
-                let foreign = |v: &VarId| owner(v) != Some(w.module) && !(owner(v).is_none() && is_flag(v));
-                !w.known(program).iter().any(foreign)
-            };
+        _ => {
+            let is_flag = |v: &VarId| program.variables[v.index()].bits() <= 1;
             let together = program.synchronisations.iter().any(|s| s.factors.len() > 1);
-            if together || !shared.iter().all(is_flag) || !several.iter().all(apart) {
+            if together || !shared.iter().all(is_flag) {
                 return None;
             }
         }
@@ -57,29 +50,6 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     Some(all)
 }
 
-/// Returns, for a game of several modules, the counters that every step of their module changes in one
-/// direction, then the other variables as declared. Returns `None` without such counters.
-///
-/// They divide the states into slices as in a single module: the steps of the other modules stay in a
-/// slice.
-pub(super) fn ticking_first(program: &Program) -> Option<Ordered> {
-    program.players.as_ref()?;
-    let modules = (0..program.modules.len()).map(|m| IndependentModule::of(program, m));
-    let ticking = |module: IndependentModule<'_>| {
-        let all = module.ticks(program, &counters(program, &module.commands));
-        let one_way = |v: &VarId| all.contains(v) && is_one_way(program, &module.commands, *v);
-        module.variables.into_iter().filter(one_way).collect::<Vec<_>>()
-    };
-    let mut order: Vec<VarId> = modules.flat_map(ticking).collect();
-    if order.is_empty() {
-        return None;
-    }
-    let why = format!("{} on top, since every step of the module changes it", names(program, &order));
-    let ticking: AHashSet<VarId> = order.iter().copied().collect();
-    order.extend(program.variable_ids().filter(|v| !ticking.contains(v)));
-    Some(Ordered { bits: by_variables(program, &order), why })
-}
-
 /// Returns the names of some variables.
 fn names(program: &Program, list: &[VarId]) -> String {
     list.iter().map(|v| program.variables[v.index()].name.as_str()).collect::<Vec<_>>().join(" and ")
@@ -90,21 +60,14 @@ fn names(program: &Program, list: &[VarId]) -> String {
 struct Roles {
     /// Counters that every step changes.
     ticking: Vec<VarId>,
-    /// Other counters that count the rounds of an outer loop.
-    stages: Vec<VarId>,
-    /// Variables of one bit.
-    flags: Vec<VarId>,
-    /// Variables that are assigned, not counted.
-    modes: Vec<VarId>,
-    /// Counters that some steps change, and that guards test for single values.
+    /// Counters that some steps change.
     positions: Vec<VarId>,
-    /// Counters that some steps change, and that guards only compare with bounds.
-    bounded: Vec<VarId>,
+    /// Flags, and variables that are assigned, not counted.
+    others: Vec<VarId>,
 }
 
 /// One module alone.
 struct IndependentModule<'p> {
-    module: usize,
     variables: Vec<VarId>,
     commands: Vec<&'p Command>,
 }
@@ -113,29 +76,9 @@ impl<'p> IndependentModule<'p> {
     fn of(program: &'p Program, module: usize) -> Self {
         let owned = |v: &VarId| program.variables[v.index()].module == Some(module);
         IndependentModule {
-            module,
             variables: program.variable_ids().filter(owned).collect(),
             commands: program.commands.iter().filter(|c| c.module == module).collect(),
         }
-    }
-
-    /// Returns the variables that the commands of the module read or write.
-    fn known(&self, program: &Program) -> AHashSet<VarId> {
-        let updates = || self.commands.iter().flat_map(|c| &c.branches).flat_map(|b| &b.updates);
-        let guards = self.commands.iter().map(|c| c.guard);
-        let weights = self.commands.iter().flat_map(|c| &c.branches).map(|b| b.probability);
-        let mut known: AHashSet<VarId> = updates().map(|(v, _)| *v).collect();
-        let (mut stack, mut seen) =
-            (Vec::from_iter(guards.chain(weights).chain(updates().map(|(_, e)| *e))), AHashSet::new());
-        while let Some(e) = stack.pop() {
-            if seen.insert(e) {
-                match program.pool.node(e) {
-                    Node::Var(v) => drop(known.insert(v)),
-                    node => stack.extend(operands(node)),
-                }
-            }
-        }
-        known
     }
 
     fn ordered(&self, program: &Program) -> Ordered {
@@ -146,46 +89,26 @@ impl<'p> IndependentModule<'p> {
         if !roles.ticking.is_empty() {
             why.push(format!("{} on top, since every step changes it", names(&roles.ticking)));
         }
-        if !roles.stages.is_empty() {
-            why.push(format!("{} on top, since its steps begin other counts anew", names(&roles.stages)));
-        }
         for group in groups.iter().filter(|g| g.len() > 1) {
             why.push(format!("{} bit by bit, since guards test them together", names(group)));
         }
-        if !roles.bounded.is_empty() {
-            why.push(format!("{} last, since guards compare it with bounds only", names(&roles.bounded)));
-        }
-        let mut bits =
-            by_variables(program, &[roles.ticking, roles.stages, roles.flags, roles.modes].concat());
+        let mut bits = by_variables(program, &[roles.ticking, roles.others].concat());
         bits.extend(groups.iter().flat_map(|group| interleaved(program, group)));
-        bits.extend(by_variables(program, &roles.bounded));
         Ordered { bits, why: why.join("; ") }
     }
 
     /// Returns the role of each variable in the module.
     fn roles(&self, program: &Program) -> Roles {
         let counters = counters(program, &self.commands);
-        let bounds = thresholds(program, &self.commands, &counters);
-        let mut ticks = self.ticks(program, &counters);
-        if ticks.iter().any(|v| bounds.contains(v)) {
-            // The others are positions, even if every step changes them.
-            ticks.retain(|v| bounds.contains(v));
-        }
+        let ticks = self.ticks(program, &counters);
         let mut roles = Roles::default();
         for &v in &self.variables {
-            let role = match program.variables[v.index()].bits() {
-                0 | 1 => &mut roles.flags,
-                _ if ticks.contains(&v) => &mut roles.ticking,
-                _ if !counters.contains(&v) => &mut roles.modes,
-                _ if is_stage(program, &self.commands, &counters, v) => &mut roles.stages,
-                _ if bounds.contains(&v) => &mut roles.bounded,
-                _ => &mut roles.positions,
+            let role = match program.variables[v.index()].bits() > 1 && counters.contains(&v) {
+                true if ticks.contains(&v) => &mut roles.ticking,
+                true => &mut roles.positions,
+                false => &mut roles.others,
             };
             role.push(v);
-        }
-        if roles.positions.is_empty() {
-            // Counters that are only compared with bounds may still be positions.
-            roles.positions = std::mem::take(&mut roles.bounded);
         }
         roles
     }

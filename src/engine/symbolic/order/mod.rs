@@ -133,16 +133,13 @@ pub fn auto(program: &Program) -> Vec<Bit> {
 /// Computes an order from the structure of the program.
 ///
 /// Variables stay as declared, since authors write related variables next to each other. There are
-/// three exceptions:
+/// two exceptions:
 ///
-/// If one module has all variables, or several modules are independent of each other: counters that
-/// every step changes and counters of outer loops come first, then flags, then positions interleaved
-/// bit by bit.
+/// If one module has all variables, or several modules never move together: counters that
+/// every step changes come first, then the variables that are assigned, then the other counters, interleaved
+/// bit by bit where guards test them together.
 ///
-/// If the program is a game of modules that depend on each other: counters that every step of their
-/// module changes in one direction come first, such as the battery of a robot.
-///
-/// If all variables are flags, and none of the above holds: flags of the same commands, and flags
+/// If all variables are flags, and the above leaves them as declared: flags of the same commands, and flags
 /// that depend on the same flag, come close to each other, if that shortens their spans. Such
 /// programs are often translated from formats in which the order of declaration has no meaning.
 ///
@@ -155,9 +152,9 @@ pub fn from_structure(program: &Program) -> Ordered {
     match independent_modules::by_positions(program) {
         Some(order) if !order.why.is_empty() => order,
         Some(Ordered { bits, .. }) if bits != declared(program) => {
-            Ordered { bits, why: "flags above the variables that move".to_owned() }
+            Ordered { bits, why: "counters below the other variables".to_owned() }
         }
-        _ => independent_modules::ticking_first(program).unwrap_or_else(|| short_spans(program)),
+        _ => short_spans(program),
     }
 }
 
