@@ -3,7 +3,7 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
-use meliora::engine::{Order, Selection};
+use meliora::engine::Order;
 use meliora::model::Program;
 use meliora::planning::{Opponent, Options, Scheduler, StrategyKind};
 use meliora::supervise::memory::{default_memory, parse};
@@ -31,11 +31,17 @@ pub(crate) fn scope(name: &str) -> PyResult<Scope> {
     named("scope", name, Scope::ALL, Scope::name)
 }
 
-/// Returns the engine with a name; "auto" is the one that suits the program and the order.
+/// The most valuations of a model for which "auto" is the explicit engine.
+const MOST_VALUATIONS: u64 = 1 << 12;
+
+/// Returns the engine with a name; "auto" is the explicit one for few valuations and without an order.
 fn engine(name: &str, program: &Program, order: &Order) -> PyResult<Storage> {
     if name == "auto" {
-        let ordered = *order != Order::Auto;
-        return Ok(if ordered { Storage::Symbolic } else { Selection::of([program]).storage });
+        let mut sizes = program.variables.iter().map(|v| (v.high.wrapping_sub(v.low) as u64).checked_add(1));
+        let valuations = sizes.try_fold(1_u64, |n, size| n.checked_mul(size?));
+        let is_small = valuations.is_some_and(|n| n <= MOST_VALUATIONS);
+        let is_explicit = is_small && *order == Order::Auto;
+        return Ok(if is_explicit { Storage::Explicit } else { Storage::Symbolic });
     }
     name.parse().map_err(|_| {
         let names: Vec<String> = Storage::ALL.iter().map(|storage| format!("{:?}", storage.name())).collect();

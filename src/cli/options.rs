@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use meliora::supervise::{memory, parse_duration};
 use meliora_base::error::Error;
 use meliora_engine::{Scope, Selection, Storage};
-use meliora_model::Program;
+
 use meliora_planning::{Options, Safety};
 use meliora_report::Header;
 
@@ -167,16 +167,12 @@ impl EngineArgs {
         Header { engine: self.named().map(Storage::name), ..header }
     }
 
-    /// Returns the engine that the user has named, or else the one that suits all these programs.
-    pub(super) fn select<'a>(
-        self,
-        programs: impl IntoIterator<Item = &'a Program>,
-        model: &ModelArgs,
-    ) -> Selection {
+    /// Returns the engine that the user has named, or else lets the states select one.
+    pub(super) fn select(self, model: &ModelArgs) -> Selection {
         match self.named() {
             Some(storage) => Selection { storage, reason: None, is_open: false },
             None if model.order != "auto" => self.diagrams("`--order`"),
-            None => Selection::of(programs),
+            None => Selection::open(),
         }
     }
 

@@ -40,7 +40,7 @@ pub(super) fn prepared<F: Findings, T>(
         Ok((question, more))
     };
     let (question, more) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let mut selected = engine.select([&*question.program], model);
+    let mut selected = engine.select(model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&selected);

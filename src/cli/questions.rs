@@ -32,11 +32,9 @@ use super::{engines, policy, terms};
 /// # Errors
 /// A limit is hit, or a question has no meaning for the initial states.
 pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Asked) -> Result<(), Error> {
-    let watched = asked.questions.iter().map(|q| q.asking.goal.program(&asked.program));
-    let own = (!given.is_one || !asked.terms.is_empty()).then_some(&asked.program);
     let selected = match given.out {
         Some(_) => given.engine.diagrams("`--out` writes diagrams"),
-        None => given.engine.select(watched.chain(own).map(|program| &**program), given.model),
+        None => given.engine.select(given.model),
     };
     job.update(|r| {
         r.header.read(&asked.program);

@@ -113,7 +113,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
         Ok((question, at, costs))
     };
     let (question, at, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let mut selected = args.engine.select([&*question.program], &args.model);
+    let mut selected = args.engine.select(&args.model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&selected);

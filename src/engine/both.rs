@@ -55,9 +55,9 @@ enum Way {
 /// Explores a program by both engines in turns of a [`Schedule`]. A question about the initial states takes turns with
 /// them: diagrams answer it over all valuations, from its target backwards, and a guided search by some of the states.
 ///
-/// The explicit engine explores for a while alone, since it is the faster one for few states. Then the likelier engine
-/// has the first turn: the explicit one if a question lists the states anyway, else the symbolic one; for a planning
-/// problem, which has too many states in most cases, the guided search. Each continues
+/// The explicit engine explores for a while alone, since it is the faster one for few states. Then all have equal turns,
+/// of which the likelier engine has the first: the explicit one if a question lists the states anyway, else the symbolic
+/// one; for a planning problem, which has too many states in most cases, the guided search. Each continues
 /// where its last turn ended. Turns are counted in steps of diagrams, and in states and their successors of the explicit
 /// engine, which take about as long; so every run ends with the same engine, after at most a fixed multiple of its work
 /// alone. A way that runs out of memory has no more turns.
@@ -74,9 +74,10 @@ pub(crate) fn explore(
     if both.explicitly(settings.thresholds.work_before_diagrams)? {
         return both.by_explicit();
     }
+    both.share_memory();
     both.prepare()?;
     let ways = both.ways(lists_states, program.planning.is_some());
-    let mut schedule = Schedule::new(ways.len(), settings.thresholds.first_turn);
+    let mut schedule = Schedule::even(ways.len(), settings.thresholds.first_turn);
     while let Some(turn) = schedule.next() {
         let way = ways[turn.way];
         match way {
@@ -148,9 +149,17 @@ impl<'a, 'q> Both<'a, 'q> {
             memory: settings.memory,
             full: None,
         };
-        let explicit = Exploration::new(Arc::clone(program), own(Storage::Explicit, share));
+        // As long as it explores alone, it has all.
+        let explicit = Exploration::new(Arc::clone(program), own(Storage::Explicit, settings.memory));
         both.explicit = both.within_limits(explicit.map(Box::new))?;
         Ok(both)
+    }
+
+    /// Limits the explicit engine to its share of the memory.
+    fn share_memory(&mut self) {
+        if let Some(exploration) = &mut self.explicit {
+            exploration.set_memory(self.memory / MEMORY_SHARE);
+        }
     }
 
     /// Prepares the guided search, if it is made for the model, once the initial states are known.
@@ -172,7 +181,9 @@ impl<'a, 'q> Both<'a, 'q> {
             true => vec![Way::Explicit, Way::Symbolic],
             false => vec![Way::Symbolic, Way::Explicit],
         };
-        ways.extend(self.everywhere.as_ref().map(|_| Way::Everywhere));
+        if self.everywhere.is_some() {
+            ways.insert(1, Way::Everywhere);
+        }
         if self.has(Way::Guided) {
             ways.insert(if is_planning { 0 } else { ways.len() }, Way::Guided);
         }

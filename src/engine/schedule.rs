@@ -12,7 +12,8 @@ use meliora_base::error::Result;
 /// best, all of them together take at most a fixed multiple of its work, as long as none is preferred. The last way that
 /// is left has no budget.
 pub(crate) struct Schedule {
-    ways: usize,
+    /// The number of ways among which the budget of those other than the first is divided.
+    others: u64,
     /// The way that is the likeliest to be the best.
     first: usize,
     /// For each way, the number of times that another one was preferred since it was.
@@ -38,13 +39,18 @@ impl Schedule {
     /// Creates a schedule for a number of ways, at least 1, with the first budget.
     pub(crate) fn new(ways: usize, first: u64) -> Self {
         Schedule {
-            ways,
+            others: (ways as u64).saturating_sub(1).max(1),
             first: 0,
             lost: vec![0; ways],
             open: (0..ways).collect(),
             next: 0,
             budget: first.max(1),
         }
+    }
+
+    /// Creates a schedule of ways that are equally likely: each has the whole budget of a round.
+    pub(crate) fn even(ways: usize, first: u64) -> Self {
+        Schedule { others: 1, ..Schedule::new(ways, first) }
     }
 
     /// Removes a way, which has no more turns.
@@ -101,7 +107,7 @@ impl Iterator for Schedule {
         let steps = match way {
             _ if self.open.len() == 1 => u64::MAX,
             _ if way == self.first => self.budget,
-            _ => ((self.budget / (self.ways as u64 - 1)) >> self.lost[way]).max(1),
+            _ => ((self.budget / self.others) >> self.lost[way]).max(1),
         };
         Some(Turn { way, steps })
     }
@@ -146,6 +152,12 @@ mod tests {
                 assert!(turns(&needed).1 < 2 * 4 * shares * best, "{best} by way {at}");
             }
         }
+    }
+
+    #[test]
+    fn ways_that_are_equally_likely_have_equal_turns() {
+        let turns = Schedule::even(3, 8).take(4).map(|turn| (turn.way, turn.steps));
+        assert_eq!(turns.collect::<Vec<_>>(), [(0, 8), (1, 8), (2, 8), (0, 16)]);
     }
 
     #[test]

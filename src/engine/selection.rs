@@ -14,29 +14,14 @@ use meliora_base::error::{Limit, Result};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 
-/// The most valuations of a model for which the explicit engine is selected.
-///
-/// Measured: of 198 models of the PRISM benchmark suite and PRISM's tests, the explicit engine
-/// answers all that have at most 4,096 valuations faster; the first for which it is slower has
-/// 8,192. On grid worlds of the generator it is faster up to about 50,000.
-const MOST_VALUATIONS: u64 = 1 << 12;
-
-/// The most states for which the explicit engine is taken whatever the diagrams are, where a question
-/// lists the states anyway.
-///
-/// Measured on properties of the Quantitative Verification Benchmark Set that ask for a number: up to
-/// about this many, the explicit engine answers faster, up to 190 times.
-const MOST_LISTED: u64 = 400_000;
-
 /// The engine for a model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Selection {
     /// The engine.
     pub storage: Storage,
-    /// The reason, such as "at most 3600 states"; `None` if the user has named the engine.
+    /// The reason, such as "3600 states found"; `None` if the user has named the engine.
     pub reason: Option<String>,
-    /// True if the states may still select the explicit engine: the text does not show which engine
-    /// is faster.
+    /// True if the states may still select the explicit engine: nobody knows before which engine is faster.
     pub is_open: bool,
 }
 
@@ -69,17 +54,10 @@ enum Taken {
 }
 
 impl Selection {
-    /// Selects the explicit engine for programs that are so small that it is known to be faster,
-    /// else the symbolic engine; the largest of the programs decides.
-    ///
-    /// The bound is read off the text: ∏ |range of x| valuations over the variables x. No state is explored.
-    pub fn of<'a>(programs: impl IntoIterator<Item = &'a Program>) -> Self {
-        let most = programs.into_iter().map(valuations).try_fold(1, |most, n| Some(n?.max(most)));
-        let (storage, reason) = match most.filter(|&n| n <= MOST_VALUATIONS) {
-            Some(n) => (Storage::Explicit, format!("at most {n} states")),
-            None => (Storage::Symbolic, format!("over {MOST_VALUATIONS} states possible")),
-        };
-        Selection { storage, reason: Some(reason), is_open: storage == Storage::Symbolic }
+    /// Lets the states select the engine.
+    pub fn open() -> Self {
+        let reason = Some("the states are not known yet".to_owned());
+        Selection { storage: Storage::Symbolic, reason, is_open: true }
     }
 
     /// Builds the engine for some questions and updates the selection. As long as it is open, the
@@ -132,17 +110,15 @@ impl Selection {
         match self.taken(program, settings, false, asked)? {
             Taken::Built(engine) => return Ok(Decision::Built(engine)),
             Taken::Guided(guided) => {
-                self.take(
-                    "the initial states judged by a guided search, before all their successors were found"
-                        .into(),
-                );
+                let how =
+                    "the initial states judged by a guided search, before all their successors were found";
+                self.take(Storage::Explicit, how);
                 return Ok(Decision::Guided(guided));
             }
             Taken::Answered => {}
         }
-        self.is_open = false;
-        self.reason =
-            Some("the initial states judged over all valuations, before their successors were found".into());
+        let how = "the initial states judged over all valuations, before their successors were found";
+        self.take(Storage::Symbolic, how);
         answer.map(Decision::Answered).ok_or_else(|| Limit::Interrupted.into())
     }
 
@@ -158,7 +134,7 @@ impl Selection {
             First::Explicit(all, is_alone) => {
                 self.found_by(*all, is_alone, settings.memory).map(Taken::Built)
             }
-            First::Symbolic(begun) => self.begun(*begun, lists_states, settings).map(Taken::Built),
+            First::Symbolic(begun) => self.begun(*begun, settings).map(Taken::Built),
             First::Answered => Ok(Taken::Answered),
             First::Guided(guided) => Ok(Taken::Guided(guided)),
         }
@@ -170,44 +146,30 @@ impl Selection {
         let engine = ExplicitEngine::explored(all)?;
         let states = engine.count(&engine.all_states())?;
         let first = if is_alone { "" } else { ", before diagrams found them" };
-        self.take(format!("{states} states found{first}"));
+        self.take(Storage::Explicit, format!("{states} states found{first}"));
         Ok(engine.into())
     }
 
     /// Takes the symbolic engine, which was the first to know all states, in turns with other orders, until the explicit
-    /// engine takes over: at once if a question lists the states anyway and they are few, and never if the memory does
-    /// not suffice.
-    fn begun(&mut self, begun: Begun, lists_states: bool, settings: Settings) -> Result<AnyEngine> {
+    /// engine takes over; it never does if the memory does not suffice.
+    fn begun(&mut self, begun: Begun, settings: Settings) -> Result<AnyEngine> {
         let Begun { explored, budget, rest, pace } = begun;
         let count = explored.count()?;
         let states = u64::try_from(&count).unwrap_or(u64::MAX);
         let symbolic = explored.engine()?;
-        let memory = settings.memory;
+        self.take(Storage::Symbolic, "diagrams found all states first");
         let steps = pace.work(states).saturating_mul(settings.thresholds.steps_per_work);
         let rest = Rest {
             exploration: rest,
             settings: settings.clone(),
             states: usize::try_from(states).unwrap_or(0),
         };
-        if lists_states && states <= MOST_LISTED {
-            let used = symbolic.usage().bytes;
-            let Some(mut engine) = rest.explore(&symbolic, used)? else { return Ok(symbolic.into()) };
-            engine.set_memory(memory);
-            self.take(format!("{count} states found"));
-            return Ok(engine.into());
-        }
-        let rest = (pace.bytes(states) <= memory).then_some((rest, steps));
+        let rest = (pace.bytes(states) <= settings.memory).then_some((rest, steps));
         Ok(HandOver::new(symbolic, settings, budget, rest).into())
     }
 
-    /// Selects the explicit engine.
-    fn take(&mut self, reason: String) {
-        *self = Selection { storage: Storage::Explicit, reason: Some(reason), is_open: false };
+    /// Selects an engine.
+    fn take(&mut self, storage: Storage, reason: impl Into<String>) {
+        *self = Selection { storage, reason: Some(reason.into()), is_open: false };
     }
-}
-
-/// Returns ∏ |range of x| over the variables x, or `None` if it passes 2^64.
-fn valuations(program: &Program) -> Option<u64> {
-    let size = |low: i64, high: i64| (high.wrapping_sub(low) as u64).checked_add(1);
-    program.variables.iter().try_fold(1_u64, |n, v| n.checked_mul(size(v.low, v.high)?))
 }

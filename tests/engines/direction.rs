@@ -124,7 +124,7 @@ fn target(program: &Arc<Program>, text: &str) -> Predicate {
 #[test]
 fn all_valuations_answer_before_a_long_way_forward_ends() {
     let program = program(&register());
-    let mut selection = Selection::of([&*program]);
+    let mut selection = Selection::open();
     let done = target(&program, "done");
     let judge = |engine: &SymbolicEngine| initial(engine, &done);
     match selection.decide(&program, Settings::default(), &over_all(&judge)).unwrap() {

@@ -21,10 +21,6 @@ use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
 /// A selection that the states decide, however few they are.
-fn open() -> Selection {
-    Selection { storage: Storage::Symbolic, reason: None, is_open: true }
-}
-
 /// Settings in which the explicit engine explores for some work alone, and the first turn has as many steps.
 fn settings(scope: Scope, stage: u64) -> Settings {
     in_turns(scope, stage, stage)
@@ -66,7 +62,7 @@ proptest! {
         for stage in [0, 1, 2, 3, 5, 8, 13, 40, 200, 1 << 20] {
             for lists_states in [false, true] {
                 let build = || {
-                    let mut selection = open();
+                    let mut selection = Selection::open();
                     let engine = selection.build(&program, settings(scope, stage), lists_states).unwrap();
                     (engine, selection)
                 };
@@ -90,7 +86,7 @@ fn taken(text: &str, lists_states: bool) -> (AnyEngine, String) {
 
 fn taken_in(text: &str, settings: Settings, lists_states: bool) -> (AnyEngine, String) {
     let program = program(text);
-    let mut selection = Selection::of([&*program]);
+    let mut selection = Selection::open();
     let engine = selection.build(&program, settings, lists_states).unwrap();
     let name = selection.storage.name();
     (engine, format!("{name}: {}", selection.reason.unwrap_or_default()))
@@ -119,7 +115,7 @@ fn states_that_are_too_many_for_a_share_of_the_memory_are_found_by_diagrams() {
     let text = "dtmc module m x : [0..99999999]; [] x<99999999 -> 0.5: (x'=x+1) + 0.5: true; endmodule";
     let settings = Settings { memory: 8 << 20, ..in_turns(Scope::Reachable, 1 << 30, 1 << 10) };
     let (engine, said) = taken_in(text, settings, false);
-    assert_eq!(said, "symbolic: over 4096 states possible");
+    assert_eq!(said, "symbolic: diagrams found all states first");
     assert_eq!(engine.count(&engine.all_states()).unwrap(), 100_000_000u32.into());
 }
 
@@ -132,7 +128,7 @@ fn states_that_share_their_nodes_are_found_by_diagrams() {
         let text = format!("{kind} {}", (0..9).map(module).collect::<String>());
         for lists_states in [false, true] {
             let (engine, said) = taken(&text, lists_states);
-            assert_eq!(said, "symbolic: over 4096 states possible");
+            assert_eq!(said, "symbolic: diagrams found all states first");
             assert_eq!(engine.count(&engine.all_states()).unwrap(), 1_000_000_000u32.into());
         }
     }
@@ -142,7 +138,7 @@ fn states_that_share_their_nodes_are_found_by_diagrams() {
 fn many_initial_states_are_not_listed_in_vain() {
     let text = "dtmc module m x : [0..1073741823]; [] x>0 -> (x'=x-1); endmodule init true endinit";
     let (_, said) = taken(text, true);
-    assert_eq!(said, "symbolic: over 4096 states possible");
+    assert_eq!(said, "symbolic: diagrams found all states first");
 }
 
 #[test]
@@ -152,7 +148,7 @@ fn a_fault_that_either_engine_finds_is_one_of_the_model() {
     let program = program(text);
     for stage in [0, 100, 10_000] {
         for lists_states in [false, true] {
-            let built = open().build(&program, settings(Scope::Reachable, stage), lists_states);
+            let built = Selection::open().build(&program, settings(Scope::Reachable, stage), lists_states);
             let error = built.err().unwrap();
             assert!(!matches!(error, Error::Limit(_)), "{error}");
         }
@@ -167,7 +163,8 @@ fn a_small_memory_is_a_limit_of_both_together() {
     let program = program(text);
     for lists_states in [false, true] {
         let memory = 4 << 20;
-        let built = open().build(&program, Settings { memory, ..Settings::default() }, lists_states);
+        let built =
+            Selection::open().build(&program, Settings { memory, ..Settings::default() }, lists_states);
         let error = built.err().unwrap();
         assert!(matches!(error, Error::Limit(Limit::Memory { .. })), "{error}");
     }
@@ -187,7 +184,7 @@ fn game(ours: &str, theirs: &str) -> String {
 fn begun_by_diagrams(text: &str, target: &str) -> AnyEngine {
     let settings = in_turns(Scope::Reachable, 1, 1 << 40);
     let (engine, said) = taken_in(text, settings, false);
-    assert_eq!(said, "symbolic: over 4096 states possible");
+    assert_eq!(said, "symbolic: diagrams found all states first");
     assert_eq!(engine.storage(), Storage::Symbolic);
     finds_the_regions(&engine, target);
     engine
@@ -285,6 +282,6 @@ fn states_of_games_that_share_nodes_take_diagrams() {
     let ours = "x : [0..511]; u : [0..511]; [a] x<511 -> (x'=x+1); [b] u<511 -> 0.5: (u'=u+1) + 0.5: true;";
     let theirs = "y : [0..511]; [c] y<511 -> (y'=y+1); [d] true -> true;";
     let (engine, said) = taken(&game(ours, theirs), false);
-    assert_eq!(said, "symbolic: over 4096 states possible");
+    assert_eq!(said, "symbolic: diagrams found all states first");
     assert!(engine.count(&engine.all_states()).unwrap() > 1_000_000u32.into());
 }

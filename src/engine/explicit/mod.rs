@@ -147,12 +147,6 @@ impl ExplicitEngine {
         })
     }
 
-    /// Sets the memory limit, in bytes.
-    pub(crate) fn set_memory(&mut self, bytes: u64) {
-        self.settings.memory = bytes;
-        self.meter.set_limit(bytes);
-    }
-
     /// Returns the program.
     pub(crate) fn program(&self) -> &Arc<Program> {
         &self.program
