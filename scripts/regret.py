@@ -134,8 +134,9 @@ class Choices:
 
     def order(self, instance: Instance, order: str) -> Path:
         """A file with the variables in an order."""
-        constants = instance.question[2:]
-        said = harness.run([self.meliora, "info", str(instance.model), *constants, "--json"], 60.0)
+        # The variables are known before the states, which may be too many.
+        info = [self.meliora, "info", str(instance.model), *instance.question[2:], "--json", "--timeout", "1"]
+        said = harness.run(info, 60.0)
         variables = (harness.json_object(said.stdout) or {}).get("model", {}).get("variables", [])
         if order == "reversed":
             variables = variables[::-1]
