@@ -155,10 +155,12 @@ impl<'a, 'q> Both<'a, 'q> {
         Ok(both)
     }
 
-    /// Limits the explicit engine to its share of the memory.
+    /// Limits the explicit engine to its share of the memory. If it uses more, it has no more turns.
     fn share_memory(&mut self) {
+        let share = self.memory / MEMORY_SHARE;
+        self.explicit.take_if(|_| self.pace.bytes > share);
         if let Some(exploration) = &mut self.explicit {
-            exploration.set_memory(self.memory / MEMORY_SHARE);
+            exploration.set_memory(share);
         }
     }
 

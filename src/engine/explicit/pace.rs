@@ -8,7 +8,7 @@ pub(crate) struct Pace {
     pub(super) work: u64,
     pub(super) reached: u64,
     /// The bytes of those reached.
-    pub(super) bytes: u64,
+    pub(crate) bytes: u64,
 }
 
 impl Pace {
