@@ -127,6 +127,15 @@ impl RelationList {
         Ok(self.cofactors.get_or_init(|| Cofactors([clear, set])))
     }
 
+    /// Returns the number of cofactors of single relations that [`RelationList::cofactors`] has still to make.
+    pub(in crate::symbolic) fn missing(&self) -> usize {
+        if self.cofactors.get().is_some() {
+            return 0;
+        }
+        let below = self.below.as_ref().filter(|_| self.is_constant);
+        4 * self.here.len() + below.map_or(0, |below| below.missing())
+    }
+
     /// Returns the steps of this list on which `bit` has the value `from` before and `to` after. The
     /// list depends on no earlier bit.
     pub(in crate::symbolic) fn cofactor(

@@ -28,8 +28,10 @@ impl Store {
 }
 
 impl<'m, 'id: 'm> Walk<'m, 'id> {
-    /// Returns the cofactors of a list by its first bit.
+    /// Returns the cofactors of a list by its first bit. Counts a step for each relation that is made, since it takes
+    /// about as long.
     pub(in crate::symbolic) fn cofactors<'l>(&self, list: &'l RelationList) -> Result<&'l Cofactors, Halt> {
+        (0..list.missing()).try_for_each(|_| self.tick())?;
         Ok(list.cofactors(self.store)?)
     }
 

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 /// The sizes at which the engine changes from one method to another. Results do not depend on them.
 ///
 /// A *step* is a result that was not in the operation cache, of a recursion or of any operation
-/// inside it, or a node that was made without such a result.
+/// inside it, a node that was made without such a result, or a relation in new cofactors of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thresholds {
     /// The recursions over groups of choices with their bounds take the first turn (losing states, reachability by
