@@ -34,13 +34,16 @@ pub(crate) fn scope(name: &str) -> PyResult<Scope> {
 /// The most valuations of a model for which "auto" is the explicit engine.
 const MOST_VALUATIONS: u64 = 1 << 12;
 
+/// Returns whether the ranges of all variables have few combinations of values.
+fn has_few_valuations(program: &Program) -> bool {
+    let mut sizes = program.variables.iter().map(|v| (v.high.wrapping_sub(v.low) as u64).checked_add(1));
+    sizes.try_fold(1_u64, |n, size| n.checked_mul(size?)).is_some_and(|n| n <= MOST_VALUATIONS)
+}
+
 /// Returns the engine with a name; "auto" is the explicit one for few valuations and without an order.
 fn engine(name: &str, program: &Program, order: &Order) -> PyResult<Storage> {
     if name == "auto" {
-        let mut sizes = program.variables.iter().map(|v| (v.high.wrapping_sub(v.low) as u64).checked_add(1));
-        let valuations = sizes.try_fold(1_u64, |n, size| n.checked_mul(size?));
-        let is_small = valuations.is_some_and(|n| n <= MOST_VALUATIONS);
-        let is_explicit = is_small && *order == Order::Auto;
+        let is_explicit = *order == Order::Auto && has_few_valuations(program);
         return Ok(if is_explicit { Storage::Explicit } else { Storage::Symbolic });
     }
     name.parse().map_err(|_| {

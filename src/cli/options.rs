@@ -7,7 +7,6 @@ use clap::{Args, ValueEnum};
 use meliora::supervise::{memory, parse_duration};
 use meliora_base::error::Error;
 use meliora_engine::{Scope, Selection, Storage};
-
 use meliora_planning::{Options, Safety};
 use meliora_report::Header;
 

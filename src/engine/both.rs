@@ -155,9 +155,14 @@ impl<'a, 'q> Both<'a, 'q> {
         Ok(both)
     }
 
+    /// Returns the memory of the explicit engine next to other ways, and of the guided search.
+    fn share(&self) -> u64 {
+        self.memory / MEMORY_SHARE
+    }
+
     /// Limits the explicit engine to its share of the memory. If it uses more, it has no more turns.
     fn share_memory(&mut self) {
-        let share = self.memory / MEMORY_SHARE;
+        let share = self.share();
         self.explicit.take_if(|_| self.pace.bytes > share);
         if let Some(exploration) = &mut self.explicit {
             exploration.set_memory(share);
@@ -171,7 +176,7 @@ impl<'a, 'q> Both<'a, 'q> {
             return Ok(());
         };
         if let Some(target) = self.target.take() {
-            let guided = Guided::new(exploration, target, self.memory / MEMORY_SHARE);
+            let guided = Guided::new(exploration, target, self.share());
             self.guided = self.within_limits(guided)?.flatten().map(Box::new);
         }
         Ok(())

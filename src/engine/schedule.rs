@@ -7,9 +7,9 @@ use meliora_base::error::Result;
 
 /// The turns of several ways. The first one is the likeliest to be the best.
 ///
-/// In each round the first way has a budget, and the others share as much; the budget of a round is twice that of
-/// the round before. So the first way has the first budget alone, and half of all later work. Whichever way is the
-/// best, all of them together take at most a fixed multiple of its work, as long as none is preferred. The last way that
+/// In each round the first way has a budget, and the others share as much, or each has as much if none is likelier; the
+/// budget of a round is twice that of the round before. So the first way has the first budget alone, and its share of all
+/// later work. Whichever way is the best, all of them together take at most a fixed multiple of its work, as long as none is preferred. The last way that
 /// is left has no budget.
 pub(crate) struct Schedule {
     /// The number of ways among which the budget of those other than the first is divided.

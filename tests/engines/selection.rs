@@ -20,7 +20,6 @@ use crate::common::handed_over;
 use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
-/// A selection that the states decide, however few they are.
 /// Settings in which the explicit engine explores for some work alone, and the first turn has as many steps.
 fn settings(scope: Scope, stage: u64) -> Settings {
     in_turns(scope, stage, stage)

@@ -21,7 +21,7 @@ pub(super) fn plan(pool: &ExprPool, roots: &[ExprId], poll: &mut Poll<'_>) -> Re
         let count = uses.entry(e).or_insert(0);
         *count += 1;
         if *count == 1 {
-            stack.extend(operands(pool.node(e)));
+            stack.extend(pool.operands(e));
         }
     }
     let mut order: Vec<ExprId> = uses.keys().copied().collect();
@@ -31,7 +31,7 @@ pub(super) fn plan(pool: &ExprPool, roots: &[ExprId], poll: &mut Poll<'_>) -> Re
     for e in order {
         poll.step()?;
         let own = u32::from(!matches!(pool.node(e), Node::Literal(_) | Node::Var(_)));
-        let below = operands(pool.node(e)).filter_map(|a| sizes.get(&a).copied());
+        let below = pool.operands(e).filter_map(|a| sizes.get(&a).copied());
         let size = below.fold(own, u32::saturating_add);
         let is_kept = size >= WORTH_SHARING && uses[&e] > 1;
         // A kept node costs one instruction per use.
@@ -39,15 +39,4 @@ pub(super) fn plan(pool: &ExprPool, roots: &[ExprId], poll: &mut Poll<'_>) -> Re
         kept.extend(is_kept.then_some(e));
     }
     Ok(kept)
-}
-
-/// Returns the operands of a node, in the order of evaluation.
-pub(super) fn operands(node: Node) -> impl Iterator<Item = ExprId> {
-    let (a, b, c) = match node {
-        Node::Literal(_) | Node::Var(_) => (None, None, None),
-        Node::Unary(_, a) => (Some(a), None, None),
-        Node::Binary(_, a, b) => (Some(a), Some(b), None),
-        Node::Ite(c, a, b) => (Some(c), Some(a), Some(b)),
-    };
-    [a, b, c].into_iter().flatten()
 }

@@ -15,7 +15,6 @@
 
 use ahash::AHashSet;
 
-use super::counters::operands;
 use meliora_base::random::Draw;
 use meliora_model::expr::Node;
 use meliora_model::{Command, Program, VarId};
@@ -237,7 +236,7 @@ fn read(program: &Program, command: &Command, steps: &mut usize) -> Option<Vec<u
             *steps = steps.checked_sub(1)?;
             match program.pool.node(e) {
                 Node::Var(v) => all.push(v.index()),
-                node => stack.extend(operands(node)),
+                _ => stack.extend(program.pool.operands(e)),
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Counters, and the guards that test them, found in the expressions of commands.
+//! Counters, and the variables of guards, found in the expressions of commands.
 
 use ahash::{AHashMap, AHashSet};
 
@@ -16,7 +16,7 @@ pub(super) fn counters(program: &Program, commands: &[&Command]) -> AHashSet<Var
 
 /// Returns true if the value of the expression may be a sum or difference of the variable itself: below choices, `min`,
 /// `max` and `mod`.
-pub(super) fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
+fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
     let (mut stack, mut seen) = (vec![e], AHashSet::new());
     while let Some(e) = stack.pop() {
         if !seen.insert(e) {
@@ -37,15 +37,6 @@ pub(super) fn counts(program: &Program, variable: VarId, e: ExprId) -> bool {
     false
 }
 
-pub(super) fn operands(node: Node) -> Vec<ExprId> {
-    match node {
-        Node::Literal(_) | Node::Var(_) => vec![],
-        Node::Unary(_, a) => vec![a],
-        Node::Binary(_, a, b) => vec![a, b],
-        Node::Ite(c, a, b) => vec![c, a, b],
-    }
-}
-
 /// Returns the variables of `among` that occur in an expression.
 pub(super) fn support(
     program: &Program,
@@ -61,14 +52,14 @@ pub(super) fn support(
         }
         match program.pool.node(e) {
             Node::Var(v) => drop(known.insert(e, among.iter().copied().filter(|w| *w == v).collect())),
-            node if ready => {
-                let parts = operands(node);
-                let all = parts.iter().filter_map(|p| known.get(p)).flatten().copied().collect();
+            _ if ready => {
+                let parts = program.pool.operands(e);
+                let all = parts.filter_map(|p| known.get(&p)).flatten().copied().collect();
                 known.insert(e, all);
             }
-            node => {
+            _ => {
                 stack.push((e, true));
-                stack.extend(operands(node).into_iter().map(|p| (p, false)));
+                stack.extend(program.pool.operands(e).map(|p| (p, false)));
             }
         }
     }

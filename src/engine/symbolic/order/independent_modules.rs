@@ -50,11 +50,6 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     Some(all)
 }
 
-/// Returns the names of some variables.
-fn names(program: &Program, list: &[VarId]) -> String {
-    list.iter().map(|v| program.variables[v.index()].name.as_str()).collect::<Vec<_>>().join(" and ")
-}
-
 /// The variables by their role in a module.
 #[derive(Default)]
 struct Roles {
@@ -84,7 +79,8 @@ impl<'p> IndependentModule<'p> {
     fn ordered(&self, program: &Program) -> Ordered {
         let roles = self.roles(program);
         let groups = self.guard_groups(program, &roles.positions);
-        let names = |list: &[VarId]| names(program, list);
+        let name = |v: &VarId| program.variables[v.index()].name.as_str();
+        let names = |list: &[VarId]| list.iter().map(name).collect::<Vec<_>>().join(" and ");
         let mut why = Vec::new();
         if !roles.ticking.is_empty() {
             why.push(format!("{} on top, since every step changes it", names(&roles.ticking)));
