@@ -33,6 +33,7 @@ pub mod reading;
 pub mod real;
 pub mod rounding;
 pub mod short;
+pub mod slip;
 pub mod span;
 pub mod stack;
 pub mod value;

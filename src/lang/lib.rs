@@ -33,7 +33,6 @@ mod preferences;
 pub mod property;
 pub mod property_file;
 pub mod refusal;
-mod slip;
 pub(crate) mod token;
 pub(crate) mod valuation;
 

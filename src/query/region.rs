@@ -4,6 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use meliora_base::error::{Diagnostic, Result, SourceFile};
+use meliora_base::slip;
 use meliora_model::region::RegionName;
 
 /// The maximum nesting depth; the recursive parser uses stack for each level.
@@ -113,7 +114,10 @@ impl Parser<'_> {
     }
 
     fn unknown(&self, name: &str, span: Range<usize>) -> Diagnostic {
-        let help = format!("the dump has {}", self.names.join(", "));
+        let help = match slip::meant(self.names.iter().map(AsRef::as_ref), name) {
+            Some(meant) => format!("did you mean `{meant}`?"),
+            None => format!("the dump has {}", self.names.join(", ")),
+        };
         self.wrong(span, format!("unknown region `{name}`")).help(help)
     }
 

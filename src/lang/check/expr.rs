@@ -7,6 +7,7 @@ use super::scope::{DefId, Env, Symbol};
 use crate::ast::{Command, Expr, Node, NodeKind, Span};
 use crate::parse::{command_at, expression_at};
 use meliora_base::error::Error;
+use meliora_base::slip;
 use meliora_base::value::Type;
 use meliora_model::expr::ExprId;
 
@@ -135,7 +136,11 @@ impl Lowerer<'_> {
             self.report(diagnostic.help(help));
             return None;
         }
-        self.report(diagnostic.help(format!("the labels are {}", known.join(", "))));
+        let help = match slip::meant(labels.keys().map(String::as_str), name) {
+            Some(meant) => format!("did you mean `\"{meant}\"`?"),
+            None => format!("the labels are {}", known.join(", ")),
+        };
+        self.report(diagnostic.help(help));
         None
     }
 

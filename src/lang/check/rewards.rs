@@ -8,8 +8,8 @@ use super::collect::Parts;
 use super::lowerer::Lowerer;
 use super::scope::NO_RENAMING;
 use crate::ast::{Ident, RewardItem, Rewards, Span};
-use crate::slip::is_slip;
 use meliora_base::error::{Diagnostic, Severity};
+use meliora_base::slip::is_slip;
 use meliora_base::value::Type;
 use meliora_model::rewards::{self, Earner, RewardStructure};
 

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use ahash::AHashMap;
 
 use crate::ast::Span;
-use crate::slip::is_slip;
+use meliora_base::slip::is_slip;
 use meliora_base::value::Type;
 use meliora_model::VarId;
 use meliora_model::expr::ExprId;

@@ -42,7 +42,7 @@ pub(crate) fn lower_condition(
     source: &Arc<SourceFile>,
     target: &Expr,
 ) -> Result<ExprId> {
-    let target = &*with_labels(program, source, target);
+    let target = &*with_names(program, source, target);
     lowered(program, pool, target, source, |lowerer| lowerer.condition(target, NO_RENAMING, "a target"))
 }
 
@@ -56,7 +56,7 @@ pub(crate) fn lower_value(
     source: &Arc<SourceFile>,
     value: &Expr,
 ) -> Result<ExprId> {
-    let value = &*with_labels(program, source, value);
+    let value = &*with_names(program, source, value);
     lowered(program, pool, value, source, |lowerer| {
         let id = lowerer.expr(value, NO_RENAMING)?;
         lowerer.whole(id, value.span())
@@ -121,12 +121,38 @@ fn named_values(program: &Program, pool: &mut ExprPool) -> Vec<(String, ExprId)>
     all
 }
 
-/// Returns an expression with labels in place of the atoms of a planning problem.
-fn with_labels<'e>(program: &Program, source: &Arc<SourceFile>, expression: &'e Expr) -> Cow<'e, Expr> {
-    match &program.planning {
+/// Returns an expression with labels in place of the atoms of a planning problem, and numbers in place of
+/// the names of values.
+fn with_names<'e>(program: &Program, source: &Arc<SourceFile>, expression: &'e Expr) -> Cow<'e, Expr> {
+    let mut expression = match &program.planning {
         Some(planning) => Cow::Owned(atoms::as_labels(expression, source, planning)),
         None => Cow::Borrowed(expression),
+    };
+    for at in 2..expression.nodes.len() {
+        if let Some(value) = value_named(program, &expression.nodes[at - 2..=at]) {
+            expression.to_mut().nodes[at - 1].kind = NodeKind::Literal(Value::Int(value));
+        }
     }
+    expression
+}
+
+/// Returns the number of a value in a comparison `variable = name`, unless the name has another meaning.
+fn value_named(program: &Program, nodes: &[Node]) -> Option<i64> {
+    let [NodeKind::Name(variable), NodeKind::Name(value), NodeKind::Binary(BinaryOp::Eq | BinaryOp::Ne)] =
+        [&nodes[0].kind, &nodes[1].kind, &nodes[2].kind]
+    else {
+        return None;
+    };
+    let is_known = |name: &str| {
+        program.variables.iter().any(|v| v.name == name)
+            || program.constants.iter().any(|(known, _)| known == name)
+            || program.formulas.iter().any(|(known, _)| known == name)
+    };
+    if is_known(value) {
+        return None;
+    }
+    let variable = program.variables.iter().find(|v| *v.name == **variable)?;
+    (variable.low..).zip(&variable.values).find_map(|(number, name)| (**name == **value).then_some(number))
 }
 
 /// Returns a label for each atom of a planning problem in an expression.

@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use crate::ast::{Expr, Ident, Node, NodeKind, Span};
-use crate::slip::is_slip;
 use crate::token::{Token, Tokens, is_identifier, is_keyword, is_property_operator};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_base::progress::{NoProgress, Poll, ProgressSink};
+use meliora_base::slip::is_slip;
 use meliora_base::stack;
 
 /// Maximum nesting of brackets, conditionals and signs in expressions.

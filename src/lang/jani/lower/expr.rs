@@ -7,8 +7,8 @@ use super::scope::{Known, Meaning, Place, Slot};
 use super::state::Lowering;
 use crate::ast::{Expr, Ident, Node, NodeKind, Span};
 use crate::check::Lowered;
-use crate::slip::is_slip;
 use meliora_base::exact::Exact;
+use meliora_base::slip::is_slip;
 use meliora_base::value::{Type, Value};
 use meliora_model::expr::ExprId;
 

@@ -2,8 +2,13 @@
 
 /// Returns true if two names differ only in case, by one wrong, missing or extra letter, or by two
 /// adjacent letters in the wrong order.
-pub(super) fn is_slip(a: &str, b: &str) -> bool {
+pub fn is_slip(a: &str, b: &str) -> bool {
     a.eq_ignore_ascii_case(b) || a.len().min(b.len()) >= 3 && strsim::osa_distance(a, b) <= 1
+}
+
+/// Returns the first name, in alphabetical order, of which another one is a likely misspelling.
+pub fn meant<'n>(known: impl IntoIterator<Item = &'n str>, name: &str) -> Option<&'n str> {
+    known.into_iter().filter(|known| is_slip(known, name)).min()
 }
 
 #[cfg(test)]
