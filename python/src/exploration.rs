@@ -317,7 +317,7 @@ impl Exploration {
 
     /// Analyses the exploration under preferences, as `Model.check` without exploring again. With
     /// `history = play` the model is explored anew in product with its monitors.
-    #[pyo3(signature = (preferences, *, safety="action", max_level=None, timeout=None, progress=None))]
+    #[pyo3(signature = (preferences, *, safety="prefix", max_level=None, timeout=None, progress=None))]
     fn check(
         &self,
         py: Python<'_>,

@@ -422,7 +422,7 @@ impl Model {
     /// Raises:
     ///     InputError: The preferences are invalid; each problem has its place.
     ///     LimitError: A limit was reached; its `analysis` has the results so far.
-    #[pyo3(signature = (preferences, *, scope="reachable", safety="action", engine="symbolic", max_level=None, memory=None, order=None, timeout=None, progress=None))]
+    #[pyo3(signature = (preferences, *, scope="reachable", safety="prefix", engine="symbolic", max_level=None, memory=None, order=None, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn check(
         slf: &Bound<'_, Self>,

@@ -60,7 +60,7 @@ def arguments():
         command.add_argument("--coalition", type=lambda text: text.split(","), default=[])
         if name in ("check", "values"):
             command.add_argument("prefs")
-            command.add_argument("--safety", choices=["action", "transition", "prefix"], default="action")
+            command.add_argument("--safety", choices=["action", "transition", "prefix"], default="prefix")
             command.add_argument("--empty", choices=["bottom", "gain", "incomparable"])
         if name == "values":
             command.add_argument("--levels", type=int, default=2)

@@ -15,7 +15,7 @@ class Analysis:
     requirements. `classes[s]` is MP(s), None for an unsafe state. In a game, some players are we, those of the
     preferences if no others are named."""
 
-    def __init__(self, program, preferences, scope="reachable", safety="action", limit=None, coalition=()):
+    def __init__(self, program, preferences, scope="reachable", safety="prefix", limit=None, coalition=()):
         self.program, self.preferences, self.scope, self.safety = program, preferences, scope, safety
         self.play = preferences.history == "play"
         required = [parse(text) for text in preferences.required]

@@ -75,7 +75,7 @@ class Runner:
             return reach(program, scope, options.get("target"), formula, self.limit)
         preferences = read_preferences(os.path.join(os.path.dirname(self.path), options["prefs"]))
         preferences.empty = options.get("empty", preferences.empty)
-        return check(program, preferences, scope, options.get("safety", "action"), self.limit)
+        return check(program, preferences, scope, options.get("safety", "prefix"), self.limit)
 
 
 def run_expectations(paths, fill=False, limit=200_000):

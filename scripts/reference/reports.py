@@ -49,7 +49,7 @@ def amount(region, states):
     return "all" if all(held) else "some" if any(held) else "none"
 
 
-def check(program, preferences, scope="reachable", safety="action", limit=None, coalition=()):
+def check(program, preferences, scope="reachable", safety="prefix", limit=None, coalition=()):
     analysis = Analysis(program, preferences, scope, safety, limit, coalition)
     mdp, names = analysis.mdp, preferences.names
     known = [analysis.classes[s] for s in analysis.distinct(mdp.states) if s not in mdp.unsafe]

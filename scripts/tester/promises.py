@@ -192,6 +192,12 @@ def statistics_of(context, kind, objective, state, play):
         context.same("weakened_reference", 0, play["weakened_reference"])
         if analysis.safety == "action":
             context.same("weakened_step", 0, play["weakened_step"])
+        else:
+            context.same("weakened_start", 0, play["weakened_start"])
+    # No gain is an objective that was sure at the start.
+    names = {context.names[i] for i in range(len(context.names)) if state in analysis.sure[i]}
+    gained = {gain["objective"] for gain in play["gained"]}
+    context.same("gained, and sure at the start", set(), gained & names)
     if kind == "sasi" and rank != "unbounded" and not context.is_rare():
         context.same("fewer_than_rank", 0, play["fewer_than_rank"])
     decided = all(is_cosafe(analysis, i) for i in range(len(context.names)))

@@ -4,9 +4,12 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora_base::error::Error;
-use meliora_engine::Engine;
+use meliora_engine::explicit::bounds::is_never_true;
+use meliora_engine::{Count, Engine, Scope};
 use meliora_model::State;
-use meliora_planning::{Analysis, Event, Kind, Phase};
+use meliora_model::preference::Goal;
+use meliora_planning::{Analysis, Event, Kind, Phase, Safety};
+use meliora_quantities::all_states::MOST_STATES;
 use meliora_report::CheckReport;
 use meliora_report::check::LISTED;
 use meliora_report::cycle::{Cycle, MOST};
@@ -85,6 +88,7 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
     if args.shown.verbose > 0 && !args.shown.json {
         cycles(job, &analysis, &question, LISTED)?;
+        by_step(job, &analysis, LISTED)?;
     }
     if args.jointly {
         let mut hear = |event: Event<'_>| job.update(|r| r.result.add(event));
@@ -92,6 +96,55 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         let initial = analysis.initial_prospects(&question.program, LISTED)?;
         job.update(|r| r.initial = initial);
     }
+    gains(job, args, &analysis, &question)
+}
+
+/// Adds what the improvements of the initial states gain, if the model is small or more is to be told.
+fn gains<E: Engine>(
+    job: &Job<CheckReport>,
+    args: &CheckArgs,
+    analysis: &Analysis<E>,
+    question: &Question,
+) -> Result<(), Error> {
+    let small = analysis.result().counts.as_ref().is_some_and(|c| c.states <= Count::from(MOST_STATES));
+    if !small && args.shown.verbose == 0 {
+        return Ok(());
+    }
+    let mut initial = Vec::new();
+    job.update(|r| initial.clone_from(&r.initial));
+    let find = || {
+        for found in &mut initial {
+            for (kind, plan) in [(Kind::Sasi, &mut found.sasi), (Kind::Spi, &mut found.spi)] {
+                if let Some(plan) = plan {
+                    plan.gains = analysis.gains(&question.program, kind, &found.state, MOST_STATES)?;
+                }
+            }
+        }
+        Ok(())
+    };
+    job.timed("gains", find, |_, _| ())?;
+    job.update(|r| r.initial = initial);
+    Ok(())
+}
+
+/// Adds the ranks of the first `most` initial states under `--safety action`, if the safety mode is another
+/// one that never weakens: where they differ, several steps can lose more than any single step.
+///
+/// # Errors
+/// A limit is hit.
+pub(super) fn by_step<E: Engine, R: Checked>(
+    job: &Job<R>,
+    analysis: &Analysis<E>,
+    most: usize,
+) -> Result<(), Error> {
+    if !analysis.options().safety.has_reference() {
+        return Ok(());
+    }
+    let mut states = Vec::new();
+    job.update(|r| states.extend(r.check().initial.iter().take(most).map(|initial| initial.state.clone())));
+    let ranks = || analysis.ranks_under(Safety::Action, &states);
+    let ranks = job.timed("by step", ranks, |_, _| ())?;
+    job.update(|r| r.check().by_step = ranks);
     Ok(())
 }
 
@@ -116,7 +169,7 @@ pub(super) fn analyse<E: Engine, R: Checked>(
     checking.phase(Phase::Counts)?;
     checking.warn_of_states()?;
     checking.phase(Phase::Outcomes)?;
-    checking.warn_of_empty_targets();
+    checking.warn_of_empty_targets()?;
     checking.initial()?;
     checking.phase(Phase::Improvement)?;
     for phase in [Phase::Sasi, Phase::Spi] {
@@ -215,16 +268,30 @@ impl<E: Engine, R: Checked> Checking<'_, E, R> {
         }
     }
 
-    fn warn_of_empty_targets(&self) {
+    fn warn_of_empty_targets(&self) -> Result<(), Error> {
         for found in &self.analysis.result().objectives {
-            if found.target == meliora_engine::Count::ZERO {
-                let name = &found.name;
-                let what = match self.question.preferences.whole_paths() {
-                    Some(_) => "no strategy can guarantee the objective",
-                    None => "no state satisfies the target of objective",
-                };
-                self.job.sink.warn(&format!("{what} `{name}`"));
+            if found.target == Count::ZERO {
+                let goal = &self.question.preferences.objectives[found.objective].goal;
+                self.job.sink.warn(&self.why_empty(&found.name, goal)?);
             }
         }
+        Ok(())
+    }
+
+    /// Says why no state satisfies the target of an objective.
+    fn why_empty(&self, name: &str, goal: &Goal) -> Result<String, Error> {
+        let whole = self.analysis.whole_engine();
+        let Goal::Reach(target) = goal else {
+            return Ok(format!("no strategy can guarantee the objective `{name}`"));
+        };
+        Ok(if is_never_true(&self.question.program, target) {
+            format!("the target of objective `{name}` is false for all values that its variables can have")
+        } else if !whole.is_empty(&whole.states_where(target)?)? {
+            format!("the requirements exclude all states that satisfy the target of objective `{name}`")
+        } else if whole.settings().scope == Scope::Reachable {
+            format!("no path reaches a state that satisfies the target of objective `{name}`")
+        } else {
+            format!("no state satisfies the target of objective `{name}`")
+        })
     }
 }

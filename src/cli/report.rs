@@ -1,5 +1,6 @@
 //! `meliora report`: the results of `check` as an interactive page or a picture.
 
+use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -41,7 +42,8 @@ const RUNS: u64 = 100;
 /// Write an interactive page: verdict, maps, preference order, levels, and a run step by step
 ///
 /// The page is one file that loads nothing else. Its maps show SASI rank, SPI rank and class over
-/// two integer variables; sliders set the other variables. Without --out the page goes to stdout.
+/// two integer variables; sliders set the other variables. Without --out the page goes to stdout, and on a
+/// terminal to a new file with the name of the model.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:
   meliora report models/robot5x5.prism models/robot5x5.pref --out robot.html
@@ -142,6 +144,14 @@ pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
 }
 
 impl ReportArgs {
+    /// Returns the file of a page for which none was named; `None` where the page can go to stdout, which is
+    /// not a terminal.
+    fn named_after_the_model(&self) -> Option<PathBuf> {
+        let stem = self.model.model.paths().last()?.file_stem()?;
+        let name = format!("{}.{}", stem.to_string_lossy(), self.format);
+        io::stdout().is_terminal().then(|| PathBuf::from(name))
+    }
+
     fn validate(&self) -> Result<(), Error> {
         self.engine.validate(&self.model)?;
         if self.engine.engine == EngineChoice::Explicit {
@@ -171,7 +181,12 @@ impl ReportArgs {
 fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let mut inputs = args.preferences.inputs(&args.model);
     inputs.push(Path::new(&args.model.order));
-    let target = args.out.as_ref().map(|out| Target::new(out, &inputs)).transpose()?;
+    let out = args.out.clone().or_else(|| args.named_after_the_model());
+    let target = out.as_ref().map(|out| Target::new(out, &inputs)).transpose()?;
+    if let Some(out) = out.as_ref().filter(|out| args.out.is_none() && out.exists()) {
+        let message = format!("`{}` exists; name the file to write (`--out FILE`)", out.display());
+        return Err(Error::Usage(message));
+    }
     if args.shown.json && target.as_ref().is_some_and(Target::is_stdout) {
         let message = "`--json` writes to standard output; write the page to a file (`--out FILE`)";
         return Err(Error::Usage(message.to_owned()));
@@ -194,6 +209,7 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
     let start = at.states(&*engine, &question.program, args.model.scope, 1, &job.sink)?.pop();
     let analysis = check::analyse(job, &engine, &question, &args.preferences)?;
     check::cycles(job, &analysis, &question, 1)?;
+    check::by_step(job, &analysis, meliora_quantities::outlook::LISTED)?;
     let start = match start {
         Some(start) => Some(start),
         None => engine.list_states(&engine.initial_states(), 1)?.pop(),
@@ -342,6 +358,6 @@ impl PageWriter<'_> {
         let trace = TraceReport::new(program, &self.question.preferences, start, &told);
         let visited = told.turns.iter().map(|turn| turn.state.clone());
         let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(ShownRun { kind, scheduler, choose, opponent, seed, trace, states, end }))
+        Ok(Some(ShownRun { kind, scheduler, choose, opponent, seed, tried: RUNS, trace, states, end }))
     }
 }

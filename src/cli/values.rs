@@ -9,8 +9,9 @@ use meliora_base::error::{Limit, Result};
 use meliora_engine::{Algebra, AnyEngine, Count, Engine};
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Phase};
+use meliora_quantities::by_goal::by_goal;
 use meliora_quantities::choose::LEVELS;
-use meliora_quantities::cost::Costs;
+use meliora_quantities::cost::{Cost, Costs};
 use meliora_quantities::state_values::{StateValues, Width};
 use meliora_quantities::{Steps, ValueOptions, Values};
 use meliora_report::ValuesReport;
@@ -67,6 +68,11 @@ pub(super) struct ValuesArgs {
     /// has a structure with this name
     #[arg(long, value_name = "NAME", default_value = Steps::NAME)]
     reward: String,
+
+    /// Compute also what the first improvement gains, and how likely each gain is, under the strategy that
+    /// makes it most likely
+    #[arg(long, conflicts_with = "all")]
+    by_goal: bool,
 
     /// Compute also the probabilities of success within 0, 1, …, N steps
     #[arg(long, value_name = "N")]
@@ -131,7 +137,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
     let states = if at.is_empty() { listed(job, args, &engine)? } else { given };
     let everywhere = args.all && engine.count(&engine.all_states())? == Count::from(states.len());
     let mut lines = csv.map(|_| Lines::default());
-    let program = &*question.program;
+    let program = &question.program;
     let evaluation = Evaluation { job, args, program, analysis: &analysis, states: &states, everywhere };
     let end = evaluation.run(costs, lines.as_mut());
     job.update(|r| r.used(engine.usage()));
@@ -152,7 +158,7 @@ fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -
 struct Evaluation<'a> {
     job: &'a Job<ValuesReport>,
     args: &'a ValuesArgs,
-    program: &'a Program,
+    program: &'a Arc<Program>,
     analysis: &'a Analysis<AnyEngine>,
     states: &'a [State],
     /// True if these are all states of the scope.
@@ -181,7 +187,24 @@ impl Evaluation<'_> {
         let shown = if lines.is_some() && !args.shown.json { SHOWN } else { usize::MAX };
         let widest = self.fill(&values, states, shown, lines)?;
         solved?;
+        if args.by_goal {
+            job.timed("by goal", || self.add_gains(&*costs), |_, _| ())?;
+        }
         self.judge(&widest)
+    }
+
+    /// Adds what the first improvement of each listed state gains.
+    fn add_gains(&self, costs: &dyn Cost) -> Result<()> {
+        let Evaluation { job, args, program, analysis, states, .. } = *self;
+        for (position, state) in states.iter().enumerate() {
+            let gains = by_goal(analysis, program, state, costs, args.precision)?;
+            job.update(|r| {
+                if let Some(values) = r.states.get_mut(position).filter(|values| !values.is_unsafe) {
+                    values.by_goal = Some(gains);
+                }
+            });
+        }
+        Ok(())
     }
 
     /// Refuses bounds that are wider than the precision.

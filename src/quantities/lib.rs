@@ -87,8 +87,8 @@ pub mod equations;
 mod solvers;
 
 pub use answers::{
-    all_states, answer, choose, confirmed, followed, outlook, path_values, several, state_values, values,
-    vector,
+    all_states, answer, by_goal, choose, confirmed, followed, outlook, path_values, several, state_values,
+    values, vector,
 };
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};

@@ -34,6 +34,10 @@ pub struct CheckFindings {
     /// The cycles behind unbounded ranks of these states, for texts; empty if they were not asked for.
     #[serde(skip)]
     pub cycles: Vec<Option<Cycle>>,
+    /// The ranks [SASI, SPI] of these states under `--safety action`, for texts; empty if they were not
+    /// asked for.
+    #[serde(skip)]
+    pub by_step: Vec<[Rank; 2]>,
     /// The largest level to compute, for the columns of a sweep; 0 without a limit.
     #[serde(skip)]
     pub levels: usize,
@@ -44,6 +48,8 @@ pub type CheckReport = Envelope<CheckFindings>;
 
 /// The maximum number of characters of a line of names.
 const WIDTH: usize = 78;
+/// The number of characters of a line of [`prospect`] next to the name, the verdict and the actions.
+const PERMITTED: usize = 17;
 
 /// The maximum number of listed initial states; `counts.initial` counts all.
 pub const LISTED: usize = 16;
@@ -268,8 +274,12 @@ fn initial(report: &CheckFindings, style: Style) -> String {
         if !several.is_empty() {
             let _ = writeln!(out, "  jointly: {}", several.join("; or "));
         }
-        out += &prospect("SASI", "guaranteed", initial.sasi.as_ref(), style);
-        out += &prospect("SPI ", "possible", initial.spi.as_ref(), style);
+        out += &prospect("SASI", "guaranteed", initial, initial.sasi.as_ref(), style);
+        out += &prospect("SPI ", "possible", initial, initial.spi.as_ref(), style);
+        if let Some(note) = ranks::differing(initial, report.by_step.get(position)) {
+            let words: Vec<String> = note.split(' ').map(str::to_owned).collect();
+            out += &text::wrapped(&words, "  ", WIDTH);
+        }
         if let Some(cycle) = report.cycles.get(position).and_then(Option::as_ref) {
             out += &cycle.text(style);
         }
@@ -298,10 +308,10 @@ fn objectives_of(initial: &Prospects) -> String {
             format!("{what}: {}", text::names(names)).split(' ').map(str::to_owned).collect::<Vec<_>>();
         text::wrapped(&words, "  ", WIDTH)
     };
-    let mut out = match *sure == initial.most_preferred {
-        true => format!("  sure: {most_preferred}\n"),
-        false => listed("sure", sure) + &format!("  most preferred: {most_preferred}\n"),
-    };
+    let mut out = listed("sure", sure);
+    if *sure != initial.most_preferred {
+        let _ = writeln!(out, "  most preferred: {most_preferred}");
+    }
     let others: Vec<String> = possible.iter().filter(|name| !sure.contains(name)).cloned().collect();
     if !others.is_empty() {
         out += &listed("possible", &others);
@@ -309,13 +319,17 @@ fn objectives_of(initial: &Prospects) -> String {
     out
 }
 
-/// Returns one line: the improvements of a state, and the permitted actions.
-fn prospect(name: &str, how: &str, plan: Option<&Plan>, style: Style) -> String {
-    let Some(Plan { rank, actions }) = plan else { return String::new() };
-    let verdict = ranks::ability(*rank, how);
-    let verdict = if *rank == Rank::Finite(0) { style.dim(&verdict) } else { style.good(&verdict) };
-    match &actions[..] {
-        [] => format!("  {name}  {verdict}\n"),
-        _ => format!("  {name}  {verdict}; permitted: {}\n", style.bold(&actions.join(", "))),
+/// Returns one line: the improvements over a state, their gains, and the permitted actions.
+fn prospect(name: &str, how: &str, initial: &Prospects, plan: Option<&Plan>, style: Style) -> String {
+    let Some(plan) = plan else { return String::new() };
+    let plain = ranks::ability(plan, &initial.most_preferred, how);
+    let verdict = if plan.rank == Rank::Finite(0) { style.dim(&plain) } else { style.good(&plain) };
+    let actions = plan.actions.join(", ");
+    let all = [name, &plain, &actions].map(|text| text.chars().count()).iter().sum::<usize>();
+    let actions = style.bold(&actions);
+    match plan.actions.is_empty() {
+        true => format!("  {name}  {verdict}\n"),
+        false if all + PERMITTED <= WIDTH => format!("  {name}  {verdict}; permitted: {actions}\n"),
+        false => format!("  {name}  {verdict}\n        permitted: {actions}\n"),
     }
 }

@@ -358,7 +358,7 @@ mod tests {
         let sizes = |levels: &[u32]| levels.iter().map(|&n| n.into()).collect();
         report.result.sasi = LevelCounts { levels: sizes(&[5, 3]), end: LevelsEnd::Empty };
         report.result.spi = LevelCounts { levels: sizes(&[6]), end: LevelsEnd::Unbounded(6u32.into()) };
-        let plan = |rank| Some(Plan { rank, actions: Vec::new() });
+        let plan = |rank| Some(Plan { rank, actions: Vec::new(), gains: Vec::new() });
         let (sasi, spi) = (plan(Rank::Finite(2)), plan(Rank::Unbounded));
         report.initial = vec![Prospects {
             state: Vec::new(),

@@ -1,7 +1,11 @@
 //! Texts for ranks.
 
 use super::text;
+use meliora_planning::result::{Plan, Prospects};
 use meliora_planning::{Kind, Rank};
+
+/// Maximum number of improvements whose gains are named.
+const MOST_GAINS: usize = 3;
 
 /// Formats a rank as `2`, `2+` or `∞`; `?` if it is not known.
 pub(super) fn mark(rank: Option<Rank>) -> String {
@@ -36,23 +40,48 @@ pub(super) fn is_one(rank: Rank) -> bool {
     matches!(rank, Rank::Finite(1) | Rank::AtLeast(1))
 }
 
-/// Returns `2 improvements are guaranteed`, with a note if the search for levels stopped.
-pub(super) fn ability(rank: Rank, how: &str) -> String {
-    match rank {
-        Rank::AtLeast(_) => format!("{} (search stopped)", claim(Some(rank), how)),
-        _ => claim(Some(rank), how),
-    }
+/// Returns `2 improvements over A are guaranteed: to D, then to F`, with the most preferred objectives of
+/// the state and the gains, if they are known, and a note if the search for levels stopped.
+pub(super) fn ability(plan: &Plan, from: &[String], how: &str) -> String {
+    let over = format!(" over {}", text::goal(from));
+    let stopped = if matches!(plan.rank, Rank::AtLeast(_)) { " (search stopped)" } else { "" };
+    let known = plan.gains.iter().take_while(|gain| !gain.is_empty());
+    let steps: Vec<String> = known.take(MOST_GAINS).map(|gain| format!("to {}", text::goal(gain))).collect();
+    let more = if plan.gains.len() > MOST_GAINS { ", …" } else { "" };
+    let gains = match steps.is_empty() {
+        true => String::new(),
+        false => format!(": {}{more}", steps.join(", then ")),
+    };
+    format!("{}{gains}{stopped}", claim_over(Some(plan.rank), &over, how))
+}
+
+/// Returns what `--safety action` says of a state if it differs from `--safety prefix`.
+pub(super) fn differing(state: &Prospects, by_step: Option<&[Rank; 2]>) -> Option<String> {
+    let &[sasi, spi] = by_step?;
+    let own = [&state.sasi, &state.spi].map(|plan| plan.as_ref().map(|plan| plan.rank));
+    (own != [Some(sasi), Some(spi)]).then(|| {
+        let [sasi, spi] = [sasi, spi].map(cell);
+        format!(
+            "`--safety action` counts {sasi} (SASI) and {spi} (SPI): it compares each step with the state \
+             before it, and not with the start."
+        )
+    })
 }
 
 /// Returns `2 improvements are guaranteed`, `any number of improvements is possible`, …
 pub(super) fn claim(rank: Option<Rank>, how: &str) -> String {
+    claim_over(rank, "", how)
+}
+
+/// Returns a claim that also names the state that is improved on.
+fn claim_over(rank: Option<Rank>, over: &str, how: &str) -> String {
     match rank {
-        None => format!("it is not known how many improvements are {how}"),
-        Some(Rank::Finite(0)) => format!("no improvement is {how}"),
-        Some(Rank::Finite(1)) => format!("one improvement is {how}"),
-        Some(Rank::Finite(k)) => format!("{k} improvements are {how}"),
-        Some(Rank::AtLeast(k)) => format!("{k} or more improvements are {how}"),
-        Some(Rank::Unbounded) => format!("any number of improvements is {how}"),
+        None => format!("it is not known how many improvements{over} are {how}"),
+        Some(Rank::Finite(0)) => format!("no improvement{over} is {how}"),
+        Some(Rank::Finite(1)) => format!("one improvement{over} is {how}"),
+        Some(Rank::Finite(k)) => format!("{k} improvements{over} are {how}"),
+        Some(Rank::AtLeast(k)) => format!("{k} or more improvements{over} are {how}"),
+        Some(Rank::Unbounded) => format!("any number of improvements{over} is {how}"),
     }
 }
 

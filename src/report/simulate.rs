@@ -61,6 +61,10 @@ pub struct RunsReport {
     pub players: Vec<MovesReport>,
     /// The commitments of runs; empty if none commits, `None` if the strategy is not a plan.
     pub commits: Option<Vec<CommitReport>>,
+    /// MP of the starting state.
+    pub most_preferred: Vec<String>,
+    /// The objectives that runs gained over the starting state, in the order of declaration.
+    pub gained: Vec<GainReport>,
     /// The first run that weakened, or else the first run.
     pub trace: TraceReport,
     /// True if no improvement is possible from this state.
@@ -96,6 +100,15 @@ pub struct CommitReport {
     /// The other most preferred outcomes that they lost afterwards; empty if they lost none.
     pub gives_up: Vec<String>,
     /// The number of paths with this commitment.
+    pub runs: u64,
+}
+
+/// An objective that runs gained over the starting state.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct GainReport {
+    /// Its name.
+    pub objective: String,
+    /// The number of paths that gained it.
     pub runs: u64,
 }
 
@@ -187,7 +200,19 @@ impl RunsReport {
             steps: tally.steps_of.get(&at).copied().unwrap_or_default(),
         };
         let players = players.map(moves).collect();
-        RunsReport { state, tally, value: None, achieved, players, commits, trace, is_hopeless: false }
+        let gain = |(&o, &runs): (&usize, &u64)| GainReport { objective: name(o), runs };
+        RunsReport {
+            state,
+            value: None,
+            achieved,
+            players,
+            commits,
+            most_preferred: preferences.owned_names(&tally.first),
+            gained: tally.gained.iter().map(gain).collect(),
+            trace,
+            is_hopeless: false,
+            tally,
+        }
     }
 
     /// Adds whether no improvement is possible from the state.
@@ -255,6 +280,10 @@ struct Runs {
     weakened_reference: u64,
     /// The paths that weaken the starting state.
     weakened_start: u64,
+    /// The paths with a state that improves on the starting state.
+    better_than_start: u64,
+    /// The objectives that paths gained over the starting state, in the order of declaration.
+    gained: Vec<GainReport>,
     /// The paths that entered a state where no strategy keeps the requirements; always 0.
     entered_unsafe: u64,
     /// The value that the strategy attains, computed and measured; `null` with `first`.
@@ -294,6 +323,8 @@ impl From<RunsReport> for Runs {
             weakened_step: tally.weakened_step,
             weakened_reference: tally.weakened_reference,
             weakened_start: tally.weakened_start,
+            better_than_start: tally.better_than_start,
+            gained: of.gained,
             entered_unsafe: tally.entered_unsafe,
             value: of.value,
             trace: of.trace,

@@ -5,12 +5,14 @@ use std::fmt::Write;
 use super::envelope::{Findings, Phase};
 use super::number::grouped;
 use super::simulate::{
-    AchievedReport, CommitReport, MovesReport, RunsReport, SimulateFindings, SimulateReport, TurnReport,
+    AchievedReport, CommitReport, GainReport, MovesReport, RunsReport, SimulateFindings, SimulateReport,
+    TurnReport,
 };
 use super::text::{self, Grid, Probability};
 use super::{Style, ranks};
 use meliora_planning::tally::Achievements;
 use meliora_planning::{Kind, Rank, Safety, StrategyKind};
+use meliora_quantities::Choose;
 
 /// Maximum number of steps of the trace that are shown.
 const SHOWN: usize = 60;
@@ -50,6 +52,14 @@ fn one(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     let mut out = format!("\n{}\n", style.bold(&title));
     if report.kind != StrategyKind::Achieve {
         out.push_str(&promise(report, found, style));
+    } else if found.tally.is_idle() {
+        out.push_str(match report.choosing.choose {
+            Choose::First => {
+                "  No strategy achieves this almost surely from here.\n  \
+                 `--choose likely` makes it as likely as possible.\n"
+            }
+            Choose::Likely | Choose::Cheap => "  No strategy achieves this from here.\n",
+        });
     }
     if let Some(achieved) = &found.tally.achieved {
         out.push_str(&pursued(report, achieved, style));
@@ -59,6 +69,7 @@ fn one(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
         out.push_str(&value.text(report.choosing.cost()));
     }
     out.push_str(&distribution(report, found, style));
+    out.push_str(&gained(report, found, style));
     out.push_str(&achieved(report, found, style));
     out.push_str(&moves(found));
     out.push_str(&weakening(report, found, style));
@@ -200,6 +211,22 @@ fn distribution(report: &SimulateReport, found: &RunsReport, style: Style) -> St
     out
 }
 
+/// States how many runs improved on their start, and their gains.
+fn gained(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
+    let start = text::goal(&found.most_preferred);
+    let better = match found.tally.better_than_start {
+        0 => return format!("  No run improved on its start ({start}).\n"),
+        all if all == report.runs => "Every run".to_owned(),
+        some => plural_runs(some),
+    };
+    let mut grid = Grid::new(&["gained", "runs", "share"]);
+    for GainReport { objective, runs } in &found.gained {
+        let share = 100.0 * *runs as f64 / report.runs as f64;
+        grid.row(vec![objective.clone(), grouped(runs), format!("{share:.1} %")]);
+    }
+    format!("  {better} improved on its start ({start}).\n{}\n", grid.text(style))
+}
+
 fn weakening(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     let commits = found.commits.as_ref().is_some_and(|commits| !commits.is_empty());
     let when = if commits { " (until it committed)" } else { "" };
@@ -274,12 +301,18 @@ fn remark(turn: &TurnReport) -> String {
         remarks.push(format!("achieves {}", text::names(&turn.achieved)));
     }
     remarks.extend(committed(turn));
-    if turn.weakens_step {
-        remarks.push(format!("weakens: {} lost", text::names(&turn.lost)));
-    } else if turn.weakens_start {
-        remarks.push("weakens the start".to_owned());
-    }
+    remarks.extend(weakened(turn));
     remarks.join("; ")
+}
+
+/// Returns the remark on a step that weakens the state before it or the start.
+pub(super) fn weakened(turn: &TurnReport) -> Option<String> {
+    match (turn.weakens_step, turn.weakens_start) {
+        (true, true) => Some(format!("weakens: {} lost; weakens the start", text::names(&turn.lost))),
+        (true, false) => Some(format!("weakens: {} lost", text::names(&turn.lost))),
+        (false, true) => Some("weakens the start".to_owned()),
+        (false, false) => None,
+    }
 }
 
 /// Returns the remark on a commitment, or on what a step gives up later.

@@ -124,6 +124,17 @@ pub(super) fn either(names: &[String]) -> String {
     }
 }
 
+/// Maximum number of alternatives that are named.
+const MOST_GOALS: usize = 5;
+
+/// Returns what an improvement starts from or leads to: `A`, `A or B`; only a number if they are many.
+pub(super) fn goal(names: &[String]) -> String {
+    if names.len() > MOST_GOALS {
+        return format!("one of {} objectives", names.len());
+    }
+    either(names)
+}
+
 /// Formats seconds with the digits that matter.
 pub(super) fn seconds(seconds: f64) -> String {
     if seconds < 0.000_95 {

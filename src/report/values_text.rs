@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::envelope::{Findings, Phase};
-use super::text::{Grid, either, plural, state_heading};
+use super::text::{Grid, either, goal, names, plural, state_heading};
 use super::values::{ValuesFindings, ValuesReport};
 use super::{Style, ranks};
 use meliora_planning::Safety;
@@ -61,7 +61,20 @@ fn one(state: &StateValues, reward: &str, style: Style) -> String {
     for level in state.levels.iter().filter(|level| level.probability.upper > 0.0) {
         text.push_str(&table(level, reward, style));
     }
-    text
+    text + &by_goal(state, style)
+}
+
+/// Lists what the first improvement gains.
+fn by_goal(state: &StateValues, style: Style) -> String {
+    let Some(gains) = state.by_goal.as_ref().filter(|gains| !gains.is_empty()) else { return String::new() };
+    let mut grid = Grid::new(&["first improvement gains", "probability"]);
+    for gain in gains {
+        grid.row(vec![names(&gain.gained), number(&gain.probability)]);
+    }
+    format!(
+        "\n  Over {}, with the strategy that makes one improvement most likely:\n",
+        goal(&state.most_preferred)
+    ) + &grid.text(style)
 }
 
 fn table(level: &LevelValues, reward: &str, style: Style) -> String {

@@ -278,7 +278,7 @@ fn values_of_a_dump_are_verified() {
         assert!(report.contains("P_1 ") && report.contains("C_1 "), "{report}");
     }
     let out = scratch.show("drone");
-    let drone = format!("export models/drone.prism models/drone.pref --out {out} --values");
+    let drone = format!("export models/drone.prism models/drone.pref --out {out} --values --safety action");
     let report = run(&format!("{drone} --json")).expect(0).json();
     assert_eq!((report["values"]["rows"].as_u64(), report["values"]["levels"].as_u64()), (Some(2), Some(2)));
     assert!(report["values"]["narrow"].as_bool().unwrap());

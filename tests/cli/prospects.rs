@@ -72,6 +72,7 @@ fn strategy_names_spi_where_only_possible_improvements_are_left() {
 #[test]
 fn an_unbounded_rank_is_explained_by_a_cycle_that_improves() {
     let (scratch, files) = scratch(AGAIN, AGAIN_PREFS);
+    let files = format!("{files} --safety action");
     let state = &run(&format!("strategy {files} --kind spi --json")).expect(0).json()["states"][0];
     let actions: Vec<&Value> =
         state["cycle"]["steps"].as_array().unwrap().iter().map(|step| &step["action"]).collect();
@@ -102,7 +103,9 @@ fn a_long_cycle_is_shown_by_its_improvements() {
         [up] !lost & x<N -> 0.5: (x'=x+1) + 0.5: (lost'=true);\n [down] !lost & x=N -> (x'=0);\n\
         [stay] x=N | lost -> true;\nendmodule\n";
     let (_scratch, files) = scratch(model, "objective B = F (x=N & !lost); empty = gain;");
-    let spi = |n: u32, more: &str| run(&format!("strategy {files} --kind spi -c N={n} {more}")).expect(0);
+    let spi = |n: u32, more: &str| {
+        run(&format!("strategy {files} --safety action --kind spi -c N={n} {more}")).expect(0)
+    };
     let text = spi(40, "").stdout;
     assert!(text.contains("1–39  up …  to x=39,lost=false"), "{text}");
     assert!(text.contains("40    up    to x=40") && text.contains("then again from step 1"), "{text}");

@@ -77,7 +77,7 @@ fn each_action_is_shown_with_the_reason_why_it_is_not_permitted() {
     assert!(of("action").contains("may weaken: Bronze lost in s=3"), "{}", of("action"));
     assert!(of("transition").contains("leads to s=1, where 1 improvement is not guaranteed"));
     let trader = "models/lateral_prefix.prism models/lateral_prefix.pref";
-    let action = run(&format!("strategy {trader}")).expect(0).stdout;
+    let action = run(&format!("strategy {trader} --safety action")).expect(0).stdout;
     assert!(action.contains("stays in the level, but comes no closer to an improvement"), "{action}");
     let unsafe_swap = run(&format!("strategy {trader} --scope all --safety prefix --at good=3")).expect(0);
     assert!(unsafe_swap.stdout.contains("No improvement is possible."), "{}", unsafe_swap.stdout);
@@ -178,7 +178,7 @@ fn a_plan_improves_and_then_achieves_what_is_sure() {
     let report = run(&format!("simulate {ROBOT} --json")).expect(0).json();
     assert_eq!(report["kind"], "plan");
     let runs = &report["plays"][0];
-    assert_eq!((&runs["rank"], &runs["fewer_than_rank"]), (&json!(2), &json!(0)));
+    assert_eq!((&runs["rank"], &runs["fewer_than_rank"]), (&json!(1), &json!(0)));
     assert_eq!(runs["achieved_runs"], 1000);
     let achieved = runs["achieved"].as_array().unwrap();
     let total: u64 = achieved.iter().map(|a| a["plays"].as_u64().unwrap()).sum();
@@ -242,7 +242,7 @@ fn the_model_of_a_plan_settles_where_an_objective_is_achieved() {
     let (settled, achieved) = (number("settled"), number("achieved"));
     let has = |row: &str, label: &str| row.split([' ', ':']).skip(1).any(|found| found == label);
     let ends: Vec<&str> = rows.lines().filter(|row| has(row, &settled)).collect();
-    assert!(ends.len() > 3 && ends.iter().all(|row| has(row, &achieved)), "{labels}");
+    assert!(ends.len() > 2 && ends.iter().all(|row| has(row, &achieved)), "{labels}");
 }
 
 /// A plan that goes left or right gives up an objective of the other side.

@@ -75,7 +75,7 @@ fn the_drone_has_the_values_that_its_page_derives() {
 fn all_values_are_written_as_a_table() {
     let scratch = Scratch::new(&[]);
     let file = scratch.show("values.csv");
-    run(&format!("values models/drone.prism models/drone.pref --all --csv {file}")).expect(0);
+    run(&format!("values models/drone.prism models/drone.pref --safety action --all --csv {file}")).expect(0);
     let text = std::fs::read_to_string(scratch.path("values.csv")).unwrap();
     let mut lines = text.lines();
     let heading = "at,most_preferred,sasi_rank,spi_rank,improvements,action,probability_lower,\
@@ -133,7 +133,7 @@ fn a_reward_structure_called_steps_does_not_replace_the_number_of_steps() {
     let scratch = Scratch::new(&[("m.prism", &model)]);
     let (model, prefs) = (scratch.show("m.prism"), "models/toy.pref");
     for option in ["", "--reward steps"] {
-        let found = run(&format!("values {model} {prefs} --json {option}")).expect(0);
+        let found = run(&format!("values {model} {prefs} --safety action --json {option}")).expect(0);
         assert!(found.stderr.contains("not the reward structure \"steps\" of the model"), "{}", found.stderr);
         assert_eq!(found.json()["states"][0]["levels"][0]["cost"]["upper"], 1.0);
     }

@@ -48,7 +48,7 @@ def sweep(
     constants: Mapping[str, Any] | None = None,
     bounds: dict[str, tuple[int, int]] | None = None,
     scope: Literal["reachable", "all"] = "reachable",
-    safety: Literal["action", "transition", "prefix"] = "action",
+    safety: Literal["action", "transition", "prefix"] = "prefix",
     engine: Literal["auto", "symbolic", "explicit"] = "auto",
     max_level: int | None = None,
     coalition: Sequence[str | int] | None = None,
@@ -274,7 +274,7 @@ def _asked(preferences: Any, properties: Any, options: dict[str, Any]) -> dict[s
     for name, text in named.items():
         if not isinstance(name, str) or not isinstance(text, str):
             raise UsageError(f"a property is a text, not {text!r}")
-    if options["safety"] != "action" or options["max_level"] is not None:
+    if options["safety"] != "prefix" or options["max_level"] is not None:
         raise UsageError("`safety` and `max_level` belong to preferences; properties have none")
     return named
 

@@ -236,6 +236,12 @@ class CheckInitial(TypedDict):
     spi_actions: Union[List[str], None]
     """The actions of the permissive SPI strategy; empty at rank 0, and where the opponent of a game chooses;
     `null` if unknown."""
+    sasi_gains: NotRequired[List[List[str]]]
+    """The objectives that each improvement of the progress SASI strategy gains, of none that is sure in this
+    state; absent at rank 0, and if the paths until then have more than 4,096 states."""
+    spi_gains: NotRequired[List[List[str]]]
+    """The objectives that each improvement of the progress SPI strategy may gain (for an unbounded rank: the
+    first one); absent as before."""
 
 
 class CheckTime(TypedDict):
@@ -1027,6 +1033,15 @@ class SimulatePlaysCommits(TypedDict):
     """The number of paths with this commitment."""
 
 
+class SimulatePlaysGained(TypedDict):
+    """An objective that runs gained over the starting state."""
+
+    objective: str
+    """Its name."""
+    runs: int
+    """The number of paths that gained it."""
+
+
 class SimulatePlaysValue(TypedDict):
     """The value that the strategy attains, computed and measured; `null` with `first`."""
 
@@ -1147,6 +1162,10 @@ class SimulatePlays(TypedDict):
     state before."""
     weakened_start: int
     """The paths that weaken the starting state."""
+    better_than_start: int
+    """The paths with a state that improves on the starting state."""
+    gained: List[SimulatePlaysGained]
+    """The objectives that paths gained over the starting state, in the order of declaration."""
     entered_unsafe: int
     """The paths that entered a state where no strategy keeps the requirements; always 0."""
     value: Union[SimulatePlaysValue, None]
@@ -1473,6 +1492,15 @@ class ValuesStatesLevels(TypedDict):
     (`--within`)."""
 
 
+class ValuesStatesByGoal(TypedDict):
+    """The probability that the first improvement gains these objectives."""
+
+    gained: List[str]
+    """The objectives that are preferred to most preferred ones of the state, and none of which is sure there."""
+    probability: Bounds
+    """The probability."""
+
+
 class ValuesStates(TypedDict):
     """The values of a state."""
 
@@ -1493,6 +1521,9 @@ class ValuesStates(TypedDict):
     within: Union[List[float], None]
     """The greatest probability of an improvement within 0, 1, 2, … steps; `null` if steps were not given
     (`--within`), and for an unsafe state."""
+    by_goal: NotRequired[List[ValuesStatesByGoal]]
+    """The gains of the first improvement with their probabilities, under the strategy that makes it most
+    likely; absent if they were not asked for (`--by-goal`), and for an unsafe state."""
 
 
 class ValuesTime(TypedDict):

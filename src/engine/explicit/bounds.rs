@@ -8,6 +8,14 @@ use meliora_base::stack;
 use meliora_base::value::EvalError;
 use meliora_model::Program;
 use meliora_model::expr::{ExprId, ExprPool, Node, Unary};
+use meliora_model::predicate::Predicate;
+
+/// Returns whether a condition is false for all values in the ranges of the variables. Only intervals are
+/// compared, so false conditions may remain unknown.
+pub fn is_never_true(program: &Program, condition: &Predicate) -> bool {
+    let values = Bounds::new(program, condition.pool()).of(condition.id());
+    !values.fails && values.range() == (0, 0)
+}
 
 /// The values of expressions in the states where some conditions are true.
 pub(super) struct Bounds<'p> {

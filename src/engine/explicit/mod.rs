@@ -8,7 +8,7 @@
 
 mod adopt;
 mod almost_sure;
-mod bounds;
+pub mod bounds;
 mod by_value;
 mod compile;
 mod explore;

@@ -27,7 +27,7 @@ impl Plane {
     /// Returns the plane that `ROW,COLUMN` or `COLUMN` names.
     ///
     /// # Errors
-    /// An unknown name, a Boolean, a repeated variable, or too many cells, with the place in the
+    /// An unknown name, a repeated variable, or too many cells, with the place in the
     /// text; more than two names.
     pub fn named(program: &Program, text: &str) -> Result<Self> {
         let source = SourceFile::new("the grid", text);
@@ -45,9 +45,6 @@ impl Plane {
             let Some(variable) = program.variable(name) else {
                 return Err(wrong(format!("unknown variable `{name}`")));
             };
-            if program.variables[variable.index()].ty == Type::Bool {
-                return Err(wrong(format!("`{name}` is a Boolean, not an integer")));
-            }
             if variables.contains(&variable) {
                 return Err(wrong(format!("`{name}` is named twice")));
             }
@@ -69,16 +66,14 @@ impl Plane {
 
     /// Returns the plane that the names of the variables suggest, such as `r` and `c`, `robot_row`
     /// and `robot_col`, or `x1` and `y1`. Otherwise returns the first two integers, or a single
-    /// one, whose plane is small enough to be drawn; none if all are too large.
+    /// one, whose plane is small enough to be drawn, and Booleans in a model without integers; none if
+    /// all are too large. Monitors and variables that say whose turn it is are no axes.
     pub fn guess(program: &Program) -> Option<Self> {
         let small = |plane: &Plane| plane.cells(program) <= MOST_CELLS;
-        let first = || {
-            let after = |row: VarId| integers(program).skip_while(move |&v| v != row).skip(1);
-            let pair = move |row| after(row).map(move |column| Plane { row: Some(row), column });
-            integers(program).take(MOST_TRIED).flat_map(pair).find(small)
-        };
-        let single = || integers(program).map(|column| Plane { row: None, column }).find(small);
-        pairs(program).next().filter(small).or_else(first).or_else(single)
+        let named = || pairs(program).next().filter(small);
+        named()
+            .or_else(|| first(&telling(program, false)).find(small))
+            .or_else(|| first(&telling(program, true)).find(small))
     }
 
     /// Returns the other pairs of variables whose names and ranges suggest positions in the same plane,
@@ -118,6 +113,29 @@ fn pairs(program: &Program) -> impl Iterator<Item = Plane> + '_ {
             Some(Plane { row: Some(variable), column: named(&partner)? })
         })
     })
+}
+
+/// Returns the planes over two of some variables in their order, then those over one.
+fn first(variables: &[VarId]) -> impl Iterator<Item = Plane> + '_ {
+    let pair = |(at, &row): (usize, &VarId)| {
+        variables[at + 1..].iter().map(move |&column| Plane { row: Some(row), column })
+    };
+    let pairs = variables.iter().enumerate().take(MOST_TRIED).flat_map(pair);
+    pairs.chain(variables.iter().map(|&column| Plane { row: None, column }))
+}
+
+/// Returns the integers, or the Booleans, that can tell states of different results apart: no monitors, and
+/// no variables that say whose turn it is.
+fn telling(program: &Program, booleans: bool) -> Vec<VarId> {
+    let monitors = program.monitors.as_ref().map(|monitors| monitors.module);
+    let is_turn = |name: &str| name.to_ascii_lowercase().split('_').any(|word| word == "turn");
+    let tells = |&id: &VarId| {
+        let variable = &program.variables[id.index()];
+        let is_monitor = monitors.is_some() && variable.module == monitors;
+        let is_wanted = (variable.ty == Type::Bool) == booleans && variable.low < variable.high;
+        is_wanted && !is_monitor && !is_turn(&variable.name)
+    };
+    program.variable_ids().filter(tells).collect()
 }
 
 /// Returns the integers with more than one value.

@@ -14,6 +14,21 @@ pub struct Class<E: Engine> {
     pub better: E::States,
     /// Worse(c): the states of the classes that weaken c.
     pub worse: E::States,
+    /// The effect of a step from this class into each class, in the order of [`Classes::list`].
+    pub changes: Vec<Change>,
+}
+
+impl<E: Engine> Class<E> {
+    /// Returns the number of classes that weaken this one.
+    pub(crate) fn weakened_by(&self) -> usize {
+        self.changes.iter().filter(|change| **change == Change::Weakening).count()
+    }
+
+    /// Returns whether each class that weakens this one also weakens another one.
+    pub(crate) fn is_weakened_within(&self, other: &Self) -> bool {
+        let weakens = |change: &Change| *change == Change::Weakening;
+        self.changes.iter().zip(&other.changes).all(|(own, other)| !weakens(own) || weakens(other))
+    }
 }
 
 /// The non-empty classes, sorted by the members of MP; the class with an empty MP is last.
@@ -48,6 +63,7 @@ impl<E: Engine> Classes<E> {
                 states: states.clone(),
                 better: union_of(engine, &split, &changes, Change::Improving)?,
                 worse: union_of(engine, &split, &changes, Change::Weakening)?,
+                changes,
             });
         }
         Ok(Classes { list })
@@ -64,11 +80,9 @@ impl<E: Engine> Classes<E> {
 
     /// Returns the effect of a step between two classes. States without a class are compared with
     /// nothing: such a step neither improves nor weakens.
-    pub fn change(&self, preferences: &Preferences, from: Option<usize>, to: Option<usize>) -> Change {
-        match (from.and_then(|from| self.list.get(from)), to.and_then(|to| self.list.get(to))) {
-            (Some(from), Some(to)) => preferences.change(&from.most_preferred, &to.most_preferred),
-            _ => Change::Lateral,
-        }
+    pub fn change(&self, from: Option<usize>, to: Option<usize>) -> Change {
+        let change = from.zip(to).and_then(|(from, to)| self.list.get(from)?.changes.get(to).copied());
+        change.unwrap_or(Change::Lateral)
     }
 
     /// Returns MP(s); empty outside the scope. Cost: one membership test per class.

@@ -211,10 +211,14 @@ pub(crate) fn next_level<E: Engine>(
     last: Option<&Level<E>>,
 ) -> Result<Level<E>> {
     let entered = last.map_or_else(|| engine.all_states(), |level| level.states.clone());
-    let mut games = Vec::with_capacity(improvement.arenas.len());
+    let mut games: Vec<Game<E>> = Vec::with_capacity(improvement.arenas.len());
     for (index, arena) in improvement.arenas.iter().enumerate() {
         let before = last.and_then(|level| level.games.get(index));
-        games.push(next_game(engine, arena, &entered, before, kind)?);
+        let twin = arena.twin.and_then(|twin| games.get(twin)).cloned();
+        games.push(match twin {
+            Some(game) => game,
+            None => next_game(engine, arena, &entered, before, kind)?,
+        });
     }
     let mut states = engine.no_states();
     for (arena, game) in improvement.arenas.iter().zip(&games) {
@@ -246,6 +250,9 @@ fn next_game<E: Engine>(
         if position(&goals, |(x, y)| Ok(!engine.same(&x.goal, &y.goal)?))?.is_none() {
             return Ok(game.clone());
         }
+    }
+    if position(&edge_labels, |labels| Ok(!engine.is_empty(&labels.goal)?))?.is_none() {
+        return Ok(Game { edge_labels, states: engine.no_states(), choices: engine.no_choices() });
     }
     match kind {
         Kind::Sasi => almost_surely(engine, arena, edge_labels, before),

@@ -1,8 +1,10 @@
 //! The prospects of states: their most preferred objectives, ranks and permitted actions.
 
-use super::levels::Kind;
+use super::improvement::Improvement;
+use super::levels::{Kind, Levels, Rank};
 use super::result::{Escape, Plan, Prospects};
 use super::run::Analysis;
+use super::safety::Safety;
 use super::winning_regions::ObjectiveRegions;
 use crate::strategies::strategy;
 use meliora_base::error::Result;
@@ -35,7 +37,7 @@ impl<E: Engine> Analysis<E> {
             owner: is_theirs.then_some("opponent"),
             values: Valuation::of(program, state),
             escape: self.escape(program, state)?,
-            sure: self.objectives_at(state, |regions| &regions.almost_sure)?,
+            sure: self.sure(state)?,
             possible: self.objectives_at(state, |regions| &regions.positive)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             jointly: match self.joint() {
@@ -66,6 +68,35 @@ impl<E: Engine> Analysis<E> {
     pub fn escape(&self, program: &Program, state: &[i64]) -> Result<Option<Escape>> {
         let Some(requirements) = self.requirements() else { return Ok(None) };
         requirements.escape(self.whole_engine(), program, &self.preferences().requirements, state)
+    }
+
+    /// Returns the ranks [SASI, SPI] of states under another safety mode, with the classes of this analysis;
+    /// empty before they are known. Cost: that of [`Improvement::new`] and of all levels.
+    ///
+    /// # Errors
+    /// A limit of the engine is reached.
+    pub fn ranks_under(&self, safety: Safety, states: &[State]) -> Result<Vec<[Rank; 2]>> {
+        let Some(classes) = self.classes() else { return Ok(Vec::new()) };
+        let engine = self.engine();
+        let improvement = Improvement::new(engine, classes, safety)?;
+        let mut both = [Kind::Sasi, Kind::Spi].map(Levels::new);
+        for levels in &mut both {
+            while levels.advance(engine, classes, &improvement, self.options().max_level)? {}
+        }
+        let ranks = |state: &State| {
+            let [sasi, spi] = &both;
+            Ok([sasi.rank(engine, state)?, spi.rank(engine, state)?])
+        };
+        states.iter().map(ranks).collect()
+    }
+
+    /// Returns the names of the objectives in Out(s), which some strategy achieves almost surely from a
+    /// state; `None` before all regions are known. Cost: no image.
+    ///
+    /// # Errors
+    /// The errors of [`Engine::contains`].
+    pub fn sure(&self, state: &[i64]) -> Result<Option<Vec<String>>> {
+        self.objectives_at(state, |regions| &regions.almost_sure)
     }
 
     /// Returns the names of the objectives of which a region contains the state; `None` before all
@@ -105,6 +136,6 @@ impl<E: Engine> Analysis<E> {
                 }
             }
         }
-        Ok(Some(Plan { rank, actions }))
+        Ok(Some(Plan { rank, actions, gains: Vec::new() }))
     }
 }

@@ -310,6 +310,9 @@ pub struct Plan {
     pub rank: Rank,
     /// The names of the permitted actions, in the order of the program; empty at rank 0.
     pub actions: Vec<String>,
+    /// The objectives that each improvement gains under the progress strategy; empty if they were not
+    /// searched. See [`Analysis::gains`](crate::Analysis::gains).
+    pub gains: Vec<Vec<String>>,
 }
 
 /// The prospects of an initial state in JSON.
@@ -347,12 +350,24 @@ struct Initial {
     /// The actions of the permissive SPI strategy; empty at rank 0, and where the opponent of a game
     /// chooses; `null` if unknown.
     spi_actions: Option<Vec<String>>,
+    /// The objectives that each improvement of the progress SASI strategy gains, of none that is sure in
+    /// this state; absent at rank 0, and if the paths until then have more than 4,096 states.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    sasi_gains: Vec<Vec<String>>,
+    /// The objectives that each improvement of the progress SPI strategy may gain (for an unbounded rank:
+    /// the first one); absent as before.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    spi_gains: Vec<Vec<String>>,
 }
 
 impl From<Prospects> for Initial {
     fn from(of: Prospects) -> Self {
-        let split = |plan: Option<Plan>| plan.map(|plan| (plan.rank, plan.actions)).unzip();
-        let ((sasi_rank, sasi_actions), (spi_rank, spi_actions)) = (split(of.sasi), split(of.spi));
+        let split = |plan: Option<Plan>| match plan {
+            Some(Plan { rank, actions, gains }) => (Some(rank), Some(actions), gains),
+            None => (None, None, Vec::new()),
+        };
+        let (sasi_rank, sasi_actions, sasi_gains) = split(of.sasi);
+        let (spi_rank, spi_actions, spi_gains) = split(of.spi);
         Initial {
             state: of.values,
             owner: of.owner,
@@ -365,6 +380,8 @@ impl From<Prospects> for Initial {
             spi_rank,
             sasi_actions,
             spi_actions,
+            sasi_gains,
+            spi_gains,
         }
     }
 }

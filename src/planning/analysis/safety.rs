@@ -9,13 +9,14 @@ meliora_base::named! {
     /// The safety mode, which selects the kept choices: `--safety`.
     #[derive(Default, strum::Display)]
     pub enum Safety {
-        /// Drop every action with a successor that weakens the state: no step of a path weakens.
-        #[default]
+        /// Drop every action with a successor that weakens the state. No step weakens the state before it,
+        /// but several steps between incomparable states may still lose a sure objective of the start.
         Action,
-        /// Drop weakening successors and keep the others, as in the paper: such an action may still
-        /// weaken.
+        /// Drop weakening successors and keep the others, as in the paper's table. The dropped successors
+        /// may still occur, so a strategy may weaken.
         Transition,
         /// Never weaken the state where planning started; after an improvement, the improved state.
+        #[default]
         Prefix,
     }
 }

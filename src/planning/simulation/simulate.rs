@@ -10,7 +10,7 @@ use super::induced_model::Scheduler;
 use super::opponent::Opponent;
 use super::tally::{Achievements, Ending, RunEnd, Tally, Trace, Turn};
 use crate::analysis::levels::Rank;
-use crate::strategies::explain::{Explanation, lost};
+use crate::strategies::explain::{Explanation, gained, lost};
 use crate::strategies::finite_memory::{FiniteMemoryStrategy, Memory, StrategyKind};
 use meliora_base::error::Result;
 use meliora_base::random::Draw;
@@ -119,6 +119,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
     pub fn run_each(&mut self, start: &[i64], each: &mut dyn FnMut(&Trace)) -> Result<Tally> {
         let mut tally = Tally::new(start, self.strategy.rank(start)?);
         tally.is_unsafe = self.strategy.is_unsafe(start)?;
+        tally.first = self.strategy.most_preferred(start)?;
         let together = self.strategy.objectives().len() > 1;
         let none = || Achievements { together, ..Achievements::default() };
         tally.achieved = self.strategy.kind().achieves().then(none);
@@ -242,13 +243,19 @@ impl<'b, E: Engine> Simulation<'b, E> {
         course.given_up.extend_with(&gives_up);
         // Unsafe states are compared with nothing.
         let compared = !at.is_unsafe && !to.is_unsafe;
-        let weakens = |from| {
-            let change = self.strategy.preferences.change(from, &to.most_preferred);
-            compared && !course.committed && change == Change::Weakening
+        let preferences = &self.strategy.preferences;
+        let change = |from| match compared {
+            true => preferences.change(from, &to.most_preferred),
+            false => Change::Lateral,
         };
+        let weakens = |from| !course.committed && change(from) == Change::Weakening;
         let lost = match compared {
-            true => lost(&self.strategy.preferences, &at.most_preferred, &to.most_preferred),
+            true => lost(preferences, &at.most_preferred, &to.most_preferred),
             false => ObjectiveSet::new(),
+        };
+        let gained_over_start = match change(&course.first) {
+            Change::Improving => gained(preferences, &course.first, &to.most_preferred),
+            Change::Weakening | Change::Lateral => ObjectiveSet::new(),
         };
         let turn = Turn {
             owner: at.owner,
@@ -264,6 +271,7 @@ impl<'b, E: Engine> Simulation<'b, E> {
             is_unsafe: to.is_unsafe,
             weakens_step: weakens(&at.most_preferred),
             weakens_start: weakens(&course.first),
+            gained_over_start,
             committed: course.committed,
             commits,
             gives_up,

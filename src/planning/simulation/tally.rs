@@ -16,6 +16,8 @@ use meliora_model::preference::{Change, ObjectiveSet};
 pub struct Tally {
     /// The state in which the runs start.
     pub start: State,
+    /// MP of this state.
+    pub first: ObjectiveSet,
     /// True if no strategy keeps the requirements from it; the runs then have no step.
     pub is_unsafe: bool,
     /// rank(s), the number of improvements that the strategy guarantees (SASI) or makes possible
@@ -44,6 +46,10 @@ pub struct Tally {
     pub weakened_reference: u64,
     /// The number of runs with a state that weakens the start state.
     pub weakened_start: u64,
+    /// The number of runs with a state that improves on the start state.
+    pub better_than_start: u64,
+    /// The number of runs that gain each objective over the start state.
+    pub gained: BTreeMap<usize, u64>,
     /// The number of runs that entered an unsafe state. It is 0: a strategy has no choice that may
     /// lead there.
     pub entered_unsafe: u64,
@@ -178,6 +184,15 @@ impl Trace {
         Some(cost)
     }
 
+    /// Returns the objectives that some state of the run gains over its start.
+    fn gained_over_start(&self) -> ObjectiveSet {
+        let mut gained = ObjectiveSet::new();
+        for turn in &self.turns {
+            gained.extend_with(&turn.gained_over_start);
+        }
+        gained
+    }
+
     /// Returns the commitments of the run, in their order.
     pub fn commitments(&self) -> Vec<Commitment> {
         let mut all: Vec<Commitment> = Vec::new();
@@ -249,6 +264,9 @@ pub struct Turn {
     pub weakens_step: bool,
     /// True if the step weakens the start state of the run, and the run has not committed.
     pub weakens_start: bool,
+    /// The objectives gained, compared with the start state; empty if the state entered does not improve on
+    /// it.
+    pub gained_over_start: ObjectiveSet,
     /// True if the run has committed to an objective, with this step or earlier.
     pub committed: bool,
     /// The objective to which the run commits before this step.
@@ -265,6 +283,7 @@ impl Tally {
     pub(crate) fn new(start: &[i64], rank: Rank) -> Self {
         Tally {
             start: start.to_vec(),
+            first: ObjectiveSet::new(),
             is_unsafe: false,
             rank,
             runs: 0,
@@ -277,12 +296,20 @@ impl Tally {
             weakened_step: 0,
             weakened_reference: 0,
             weakened_start: 0,
+            better_than_start: 0,
+            gained: BTreeMap::new(),
             entered_unsafe: 0,
             achieved: None,
             commitments: BTreeMap::new(),
             sample: None,
             trace: Trace::default(),
         }
+    }
+
+    /// Returns whether the runs have no step and achieve nothing: the strategy does nothing in their start.
+    pub fn is_idle(&self) -> bool {
+        let nothing = self.achieved.as_ref().is_some_and(|achieved| achieved.runs + achieved.kept == 0);
+        nothing && self.trace.turns.is_empty()
     }
 
     /// Returns the number of runs with fewer than `times` improvements.
@@ -337,6 +364,11 @@ impl Tally {
         let reference = trace.turns.iter().any(|t| t.change == Change::Weakening && !t.committed);
         self.weakened_reference += u64::from(reference);
         self.weakened_start += u64::from(start);
+        let gained = trace.gained_over_start();
+        self.better_than_start += u64::from(!gained.is_empty());
+        for objective in gained.iter() {
+            *self.gained.entry(objective).or_default() += 1;
+        }
         self.entered_unsafe += u64::from(trace.turns.iter().any(|t| t.is_unsafe));
         if first_to_weaken || self.runs == 1 {
             self.trace = trace;
@@ -371,6 +403,7 @@ mod tests {
             is_unsafe: false,
             weakens_step,
             weakens_start,
+            gained_over_start: ObjectiveSet::new(),
             committed: false,
             commits: None,
             gives_up: ObjectiveSet::new(),

@@ -337,7 +337,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
 
 /// Returns { j ∈ `to` : j is strictly preferred to a member of `from` }. If `from` is empty and any
 /// gain improves, returns all of `to`.
-fn gained(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> ObjectiveSet {
+pub(crate) fn gained(preferences: &Preferences, from: &ObjectiveSet, to: &ObjectiveSet) -> ObjectiveSet {
     if from.is_empty() && preferences.improves(from, to) {
         return to.clone();
     }

@@ -45,6 +45,7 @@ use crate::analysis::classes::Classes;
 use crate::analysis::improvement::{Arena, Improvement};
 use crate::analysis::levels::{Game, Kind, Level, Levels, Rank};
 use meliora_base::error::{Error, Result};
+use meliora_base::slip;
 use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
 use meliora_model::preference::{Change, ObjectiveSet, Preferences};
@@ -125,7 +126,11 @@ impl StrategyKind {
         let position = |name: &str| {
             let found = objectives.iter().position(|o| o.name == name);
             found.ok_or_else(|| {
-                Error::Usage(format!("no objective is called `{name}`; there are {}", known()))
+                let advice = match slip::meant(objectives.iter().map(|o| o.name.as_str()), name) {
+                    Some(meant) => format!("did you mean `{meant}`?"),
+                    None => format!("there are {}", known()),
+                };
+                Error::Usage(format!("no objective is called `{name}`; {advice}"))
             })
         };
         let found = names.split(',').map(|name| position(name.trim())).collect::<Result<ObjectiveSet>>()?;
@@ -392,7 +397,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let own = self.class_of(from)?;
         let reference = self.arena(memory).and_then(|arena| arena.reference);
         let from = own.map(|own| reference.unwrap_or(own));
-        Ok(self.classes.change(&self.preferences, from, self.class_of(to)?))
+        Ok(self.classes.change(from, self.class_of(to)?))
     }
 
     /// Returns the arena of a memory.

@@ -4,6 +4,7 @@ pub(crate) mod achieve;
 mod decision_rule;
 pub mod explain;
 pub mod finite_memory;
+mod gains;
 pub mod lasso;
 mod of_analysis;
 pub mod policy;

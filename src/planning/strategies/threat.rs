@@ -90,7 +90,7 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let own = class(from)?;
         for step in steps {
             for (to, _) in &step.successors {
-                if self.classes.change(&self.preferences, own, class(to)?) == Change::Weakening {
+                if self.classes.change(own, class(to)?) == Change::Weakening {
                     return Ok(Some((step, to)));
                 }
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use num_traits::ToPrimitive;
 
 use crate::answers::path_values::Likely;
-use crate::answers::values::{Aim, Node, ValueOptions, Values};
+use crate::answers::values::{Aim, ChoiceValues, Node, ValueOptions, Values};
 use crate::equations::cost::Cost;
 use crate::equations::number::Bounds;
 use meliora_base::error::{Error, Result};
@@ -134,6 +134,25 @@ impl Chooser {
     /// Returns the values.
     pub fn values(&self) -> &Values {
         &self.values
+    }
+
+    /// Returns the positions of the choices that attain the value of a state where planning starts, as far as
+    /// the bounds tell, with the one that is taken first.
+    pub fn best(&self, state: &[i64]) -> Vec<usize> {
+        let Some(node) = self.values.start(state) else { return Vec::new() };
+        let choices = self.values.choices(node, self.values.aimed(node, self.aim), self.aim);
+        let meet = |a: &Bounds, b: &Bounds| {
+            a.interval.lower <= b.interval.upper && b.interval.lower <= a.interval.upper
+        };
+        let Some(first) = choices.first() else { return Vec::new() };
+        let is_best = |other: &&ChoiceValues| {
+            meet(&first.probability, &other.probability)
+                && match (&first.cost, &other.cost) {
+                    (Some(a), Some(b)) => meet(a, b),
+                    (a, b) => a.is_none() && b.is_none(),
+                }
+        };
+        choices.iter().filter(is_best).map(|choice| choice.position).collect()
     }
 
     /// Returns the node of a state and the number of improvements that are aimed at.

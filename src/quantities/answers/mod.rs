@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`values`], [`state_values`], [`all_states`] | the results of an analysis: [`Values`](crate::Values), also as plain data |
 //! | [`choose`], `ties` | strategies that attain the values |
+//! | [`by_goal`] | how likely the first improvement gains each objective |
 //! | [`outlook`] | what a strategy promises |
 //! | [`confirmed`] | bounds that one step confirms, for certificates |
 //! | [`path_values`], [`answer`] | probabilities of formulas and rewards until a target, without preferences |
@@ -12,6 +13,7 @@
 
 pub mod all_states;
 pub mod answer;
+pub mod by_goal;
 pub mod choose;
 pub mod confirmed;
 pub mod followed;

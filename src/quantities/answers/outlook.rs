@@ -1,9 +1,6 @@
 //! The improvements that strategies make from the initial states: what improves to what.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
-
-use ahash::AHashSet;
 
 use crate::answers::all_states::{AllStates, MOST_STATES};
 use crate::{Aim, Choose, Chooser, Steps};
@@ -11,7 +8,7 @@ use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
-use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Memory, Rank};
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Rank};
 
 /// Maximum number of initial states with an outlook.
 pub const LISTED: usize = 3;
@@ -30,8 +27,8 @@ pub struct Outlook {
 pub struct Promise {
     /// The most preferred objectives of the state.
     pub from: Vec<String>,
-    /// For each certain improvement the most preferred objectives after it, over all outcomes; empty
-    /// if they are too many to search.
+    /// For each certain improvement the objectives that it gains, over all outcomes, without those that
+    /// are sure at the start; empty if they are too many to search.
     pub after: Vec<Vec<String>>,
     /// The number of improvements that are certain; `None` for any number.
     pub certain: Option<usize>,
@@ -39,8 +36,8 @@ pub struct Promise {
     pub steps: Option<f64>,
     /// One more improvement, if it is possible.
     pub more: Option<More>,
-    /// The action that a strategy takes first that chooses by value.
-    pub first: Option<String>,
+    /// The actions with the best value, the first of which a strategy takes that chooses by value.
+    pub first: Vec<String>,
     /// True in a game: the values are those against the opponent, who may also let us attain better ones.
     pub is_against: bool,
 }
@@ -48,7 +45,8 @@ pub struct Promise {
 /// A possible improvement after the certain ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct More {
-    /// The most preferred objectives after it; empty if they are too many to search.
+    /// The objectives that it gains, without those that are sure at the start; empty if they are too many
+    /// to search.
     pub to: Vec<String>,
     /// Its probability, if it is known.
     pub probability: Option<f64>,
@@ -152,7 +150,7 @@ impl Promise {
         Ok(Promise {
             from: analysis.preferences().owned_names(&followed.from),
             first: followed.first,
-            after: followed.after.iter().map(|set| analysis.preferences().owned_names(set)).collect(),
+            after: followed.after,
             certain: Some(certain),
             is_against: analysis.whole_engine().is_game(),
             ..Promise::default()
@@ -173,8 +171,8 @@ impl Promise {
         if certain == 0 {
             self.first = followed.first;
         }
-        let to = followed.after.last().map(|set| analysis.preferences().owned_names(set));
-        self.more = Some(More { to: to.unwrap_or_default(), probability });
+        let to = followed.after.last().cloned().unwrap_or_default();
+        self.more = Some(More { to, probability });
         Ok(())
     }
 }
@@ -183,11 +181,11 @@ impl Promise {
 struct Followed {
     /// The most preferred objectives of the first state.
     from: ObjectiveSet,
-    /// The action that the rule takes first.
-    first: Option<String>,
-    /// The most preferred objectives after each improvement, over all outcomes; empty if they are too
-    /// many to search.
-    after: Vec<ObjectiveSet>,
+    /// The best actions by the rule, the first of which it takes.
+    first: Vec<String>,
+    /// The objectives that each improvement gains, over all outcomes, without those that are sure in the
+    /// first state; empty if they are too many to search.
+    after: Vec<Vec<String>>,
 }
 
 impl Followed {
@@ -201,48 +199,19 @@ impl Followed {
         state: &State,
         improvements: usize,
     ) -> Result<Self> {
-        let mut found = Followed { from: ObjectiveSet::new(), first: None, after: Vec::new() };
+        let mut found = Followed { from: ObjectiveSet::new(), first: Vec::new(), after: Vec::new() };
         let Some(mut strategy) = FiniteMemoryStrategy::new(analysis, program, kind) else { return Ok(found) };
-        let by_value = rule.map(|rule| strategy.choose_by(Arc::new(rule))).is_some();
+        let best = rule.as_ref().map(|rule| rule.best(state)).unwrap_or_default();
+        if let Some(rule) = rule {
+            strategy.choose_by(Arc::new(rule));
+        }
         let memory = strategy.start(state)?;
         let at = strategy.explain(state, memory)?;
         found.from = at.most_preferred.clone();
-        found.first = at.pick.filter(|_| by_value).map(|pick| at.actions[pick].name.clone());
-        found.after = after(&mut strategy, state, memory, improvements)?;
+        let names = best.iter().filter(|_| at.pick.is_some()).filter_map(|&action| at.actions.get(action));
+        found.first = names.map(|action| action.name.clone()).collect();
+        let gains = strategy.gains(state, improvements, MOST_STATES)?.unwrap_or_default();
+        found.after = analysis.names_of_gains(state, &gains)?;
         Ok(found)
     }
-}
-
-/// Returns for each improvement the most preferred objectives of the states that it leads to; nothing
-/// if the search is too large.
-fn after<E: Engine>(
-    strategy: &mut FiniteMemoryStrategy<E>,
-    start: &State,
-    memory: Memory,
-    improvements: usize,
-) -> Result<Vec<ObjectiveSet>> {
-    let first = (start.clone(), memory, 0);
-    let (mut seen, mut queue) = (AHashSet::from([first.clone()]), VecDeque::from([first]));
-    let mut found = vec![ObjectiveSet::new(); improvements];
-    while let Some((state, memory, made)) = queue.pop_front() {
-        if made == improvements {
-            continue;
-        }
-        if seen.len() > MOST_STATES {
-            return Ok(Vec::new());
-        }
-        let at = strategy.explain(&state, memory)?;
-        let taken = |number: usize| at.is_theirs() || at.pick == Some(number);
-        let actions = at.actions.iter().enumerate().filter(|(number, _)| taken(*number));
-        for successor in actions.flat_map(|(_, action)| &action.successors) {
-            if successor.improves {
-                found[made].extend_with(&successor.most_preferred);
-            }
-            let next = (successor.state.clone(), successor.next, made + usize::from(successor.improves));
-            if seen.insert(next.clone()) {
-                queue.push_back(next);
-            }
-        }
-    }
-    Ok(found)
 }

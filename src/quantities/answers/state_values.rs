@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
+use crate::by_goal::GainValues;
 use crate::{Aim, Bounds, ChoiceValues, Node, Values};
 use meliora_base::error::Result;
 use meliora_engine::explicit::weighted::Walker;
@@ -34,6 +35,10 @@ pub struct StateValues {
     /// The greatest probability of an improvement within 0, 1, 2, … steps; `null` if steps were not
     /// given (`--within`), and for an unsafe state.
     pub within: Option<Vec<f64>>,
+    /// The gains of the first improvement with their probabilities, under the strategy that makes it most likely;
+    /// absent if they were not asked for (`--by-goal`), and for an unsafe state.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub by_goal: Option<Vec<GainValues>>,
 }
 
 /// The values of a state for one number of improvements.
@@ -220,6 +225,7 @@ impl StateValues {
             levels: Vec::new(),
             number: None,
             within: None,
+            by_goal: None,
         })
     }
 }

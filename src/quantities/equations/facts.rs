@@ -4,7 +4,7 @@ use crate::equations::graph::{EVERY, Rank};
 use meliora_base::error::{Error, Result};
 use meliora_engine::Engine;
 use meliora_model::Program;
-use meliora_model::preference::{Change, Preferences, Rated};
+use meliora_model::preference::Change;
 use meliora_planning::improvement::Arena;
 use meliora_planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
 
@@ -19,8 +19,6 @@ pub(crate) struct Facts<'a, E: Engine> {
     sasi: &'a Levels<E>,
     /// Under `transition`, the SASI levels of `action`, where P_k = 1.
     strict: Option<Levels<E>>,
-    /// The effect of a step between two classes.
-    changes: Vec<Vec<Change>>,
     /// The states of which each arena does not keep all choices that the program lists: the safety
     /// mode or the requirements forbid some.
     pub(crate) restricted: Vec<E::States>,
@@ -63,10 +61,9 @@ impl<'a, E: Engine> Facts<'a, E> {
             let sure = strict.insert(Levels::new(Kind::Sasi));
             while sure.advance(engine, classes, &action, Some(levels))? {}
         }
-        let changes = changes(analysis.preferences(), classes);
         let restricted = |arena: &Arena<E>| analysis.partly_in(&arena.choices);
         let restricted = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
-        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, changes, restricted })
+        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, restricted })
     }
 
     /// Returns the levels where P_k = 1.
@@ -76,10 +73,7 @@ impl<'a, E: Engine> Facts<'a, E> {
 
     /// Returns the effect of a step between two classes; see [`Classes::change`].
     pub(crate) fn change(&self, from: Option<u32>, to: Option<u32>) -> Change {
-        match (from, to) {
-            (Some(from), Some(to)) => self.changes[from as usize][to as usize],
-            _ => Change::Lateral,
-        }
+        self.classes.change(from.map(|from| from as usize), to.map(|to| to as usize))
     }
 
     /// Returns the sets in which states are looked up: the classes, and for each arena its restricted
@@ -170,11 +164,4 @@ impl<'a, E: Engine> Facts<'a, E> {
         };
         Ok(class.map(|class| class as u32))
     }
-}
-
-fn changes<E: Engine>(preferences: &Preferences, classes: &Classes<E>) -> Vec<Vec<Change>> {
-    let rated = classes.list.iter().map(|class| preferences.rated(&class.most_preferred));
-    let rated: Vec<Rated<'_>> = rated.collect();
-    let row = |from| rated.iter().map(|to| preferences.change_between(from, to)).collect();
-    rated.iter().map(row).collect()
 }

@@ -4,7 +4,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::super::header::{Header, ModelSummary};
 use super::super::simulate::TurnReport;
-use super::super::simulate_text::committed;
+use super::super::simulate_text::{committed, weakened};
 use super::super::{ranks, text};
 use super::axes::Sizes;
 use super::paint::Paint;
@@ -97,7 +97,10 @@ fn verdict(content: &Content<'_>) -> Markup {
     html! {
         section.verdict #verdict {
             @for (index, state) in initial.iter().enumerate() {
-                @if index < LISTED { (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref()))) }
+                @if index < LISTED {
+                    (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref())))
+                    @if let Some(note) = ranks::differing(state, content.check.by_step.get(index)) { p.hint { (note) } }
+                }
             }
             @if let Some(promise) = game::promise(&content.check.players) { p.hint { (promise) } }
             @if initial.len() > LISTED { p.hint { "… " (more) " initial states in total." } }
@@ -118,8 +121,11 @@ fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
                     }
                     span.label { @if initial.escape.is_none() { "most preferred " } "in the initial state" span.begin { (values(&initial.values.to_string())) } }
                 }
-                @if let Some(action) = promise.and_then(|promise| promise.first.as_ref()) {
-                    div.figure { span.number.text { (action) } span.label { "is the best first action" } }
+                @if let Some(first) = promise.map(|promise| &promise.first[..]).filter(|first| !first.is_empty()) {
+                    div.figure {
+                        span.number.text { (text::either(first)) }
+                        span.label { @if first.len() == 1 { "is the best first action" } @else { "are equally good first actions" } }
+                    }
                 }
                 @if initial.escape.is_none() {
                     (figure("guaranteed", "sure", initial.sasi.as_ref()))
@@ -281,6 +287,8 @@ fn shown_run(run: &ShownRun) -> Markup {
                     Some(Opponent::Worst) => "The opponent takes the action that keeps the goal away longest. ",
                 }
                 b { (words::outcome(run)) }
+                " It was selected from at most " (run.tried) " runs: the first with all these improvements that weakens nothing, "
+                "or else one with the most improvements."
             }
             details open[turns.len() <= LONG] { summary.hint { "All steps" } div.scroll { table.turns {
                 thead { tr {
@@ -309,12 +317,9 @@ fn strategy_name(kind: StrategyKind) -> &'static str {
 fn turn_row(step: usize, turn: &TurnReport, is_game: bool) -> Markup {
     let ours = turn.owner.is_none();
     let side = turn.player.as_ref().map(|_| game::side(ours));
-    let effect = match (turn.improves, turn.weakens_step) {
-        (true, _) => Some(("good", format!("improves: {} gained", text::either(&turn.gained)))),
-        (_, true) => Some(("bad", format!("weakens: {} lost", text::names(&turn.lost)))),
-        _ => None,
-    };
-    let notes: Vec<_> = effect.into_iter().chain(committed(turn).map(|note| ("hint", note))).collect();
+    let improves = turn.improves.then(|| format!("improves: {} gained", text::either(&turn.gained)));
+    let notes = [("good", improves), ("bad", weakened(turn)), ("hint", committed(turn))];
+    let notes: Vec<_> = notes.into_iter().filter_map(|(class, note)| Some((class, note?))).collect();
     html! {
         tr class=[side] data-turn=(step) {
             td.n { (step) }

@@ -69,6 +69,8 @@ pub struct ShownRun {
     pub opponent: Option<Opponent>,
     /// The seed of the random numbers.
     pub seed: u64,
+    /// The number of runs from which it was selected, at most.
+    pub tried: u64,
     /// The run as text.
     pub trace: TraceReport,
     /// The visited states, starting with the first.

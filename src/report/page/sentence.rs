@@ -12,8 +12,7 @@ const MOST_GOALS: usize = 3;
 /// on average; a third time, to E, with probability 0.41.`
 pub(super) fn sentence(promise: &Promise) -> String {
     let from = text::either(&promise.from);
-    let more =
-        promise.more.as_ref().map(|more| (words::goal(&more.to), probability(more, promise.is_against)));
+    let more = promise.more.as_ref().map(|more| (better(&more.to), probability(more, promise.is_against)));
     if promise.certain == Some(0) {
         return match more {
             Some((goal, probability)) => {
@@ -40,14 +39,19 @@ pub(super) fn sentence(promise: &Promise) -> String {
 fn goals(promise: &Promise) -> String {
     let certain = promise.certain.unwrap_or(1);
     let mut goals: Vec<String> =
-        promise.after.iter().take(MOST_GOALS).map(|goal| format!("to {}", words::goal(goal))).collect();
+        promise.after.iter().take(MOST_GOALS).map(|goal| format!("to {}", better(goal))).collect();
     match certain - goals.len() {
         0 => {}
-        1 if goals.is_empty() => goals.push(format!("to {}", words::goal(&[]))),
+        1 if goals.is_empty() => goals.push(format!("to {}", better(&[]))),
         left if goals.is_empty() => return format!(" {}", text::plural(left, "time")),
         left => goals.push(text::plural(left, "more time")),
     }
     format!(" {}", goals.join(", then "))
+}
+
+/// Returns what an improvement gains, if it is known.
+fn better(gains: &[String]) -> String {
+    if gains.is_empty() { "something better".to_owned() } else { text::goal(gains) }
 }
 
 /// Returns the probability of an improvement in words.

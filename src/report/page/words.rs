@@ -9,9 +9,6 @@ use meliora_planning::StrategyKind;
 use meliora_planning::result::Prospects;
 use meliora_planning::tally::RunEnd;
 
-/// Maximum number of alternatives that are named.
-const MOST_GOALS: usize = 5;
-
 /// Formats a count for a picture: `624`, `1.2 million`, `3.6e16`.
 pub(super) fn short(n: &Count) -> String {
     let digits = n.to_string();
@@ -73,15 +70,6 @@ pub(super) fn all_of(names: &[String]) -> String {
         [] => "nothing".to_owned(),
         [name] => name.clone(),
         [names @ .., last] => format!("{} and {last}", names.join(", ")),
-    }
-}
-
-/// Returns what an improvement leads to: `A`, `A or B`; only a number if they are many.
-pub(super) fn goal(names: &[String]) -> String {
-    match names.len() {
-        0 => "something better".to_owned(),
-        1..=MOST_GOALS => text::either(names),
-        many => format!("one of {many} objectives"),
     }
 }
 

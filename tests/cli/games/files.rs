@@ -44,7 +44,9 @@ fn the_bad_states_of_a_game_are_a_label_of_its_files() {
         ("m.pref", "objective Here = F x=0;"),
     ]);
     let bad = |format: &str, listed: &str, count: &str| {
+        let safety = ["--safety", "action"];
         let arguments = ["export", "@m.prism", "@m.pref", "--out", "@out", "--format", format, "--json"];
+        let arguments = [&arguments[..], &safety].concat();
         let written = at(&scratch, &arguments).expect(0).json();
         let entry = written[listed].as_array().unwrap().iter().find(|entry| entry["name"] == "bad").cloned();
         std::fs::remove_dir_all(scratch.path("out")).unwrap();
@@ -124,7 +126,7 @@ fn a_dump_is_verified_for_its_coalition() {
 #[test]
 fn query_knows_the_players_and_their_states() {
     let scratch = scratch();
-    at(&scratch, &["export", "@g.prism", "@g.pref", "--out", "@dump"]).expect(0);
+    at(&scratch, &["export", "@g.prism", "@g.pref", "--safety", "action", "--out", "@dump"]).expect(0);
     for (region, condition, count) in [
         ("player:us", "true", "2"),
         ("player:them", "true", "1"),

@@ -21,6 +21,7 @@ fn strategy_tells_who_moves_and_what_the_opponent_can_do() {
     for engine in ["symbolic", "explicit"] {
         let all =
             ["strategy", "@g.prism", "@g.pref", "--at", "x=0", "--at", "x=1", "--engine", engine, "--json"];
+        let all = [&all[..], &["--safety", "action"]].concat();
         let json = at(&scratch, &all).expect(0).json();
         let [ours, theirs] = [&json["states"][0], &json["states"][1]];
         assert_eq!(
@@ -60,8 +61,12 @@ fn an_action_of_the_opponent_in_an_unsafe_state_exposes() {
     let wishes = "objective High = F x=1; objective Low = F x=2; prefer High > Low; require G x!=4;";
     let scratch = Scratch::new(&[("g.prism", model), ("g.pref", wishes)]);
     for engine in ["symbolic", "explicit"] {
-        let json =
-            at(&scratch, &["strategy", "@g.prism", "@g.pref", "--engine", engine, "--json"]).expect(0).json();
+        let json = at(
+            &scratch,
+            &["strategy", "@g.prism", "@g.pref", "--safety", "action", "--engine", engine, "--json"],
+        )
+        .expect(0)
+        .json();
         let state = &json["states"][0];
         assert!(state.get("unsafe").is_some(), "{state}");
         let verdicts = state["actions"].as_array().unwrap().iter().map(|action| action["verdict"].clone());
@@ -120,7 +125,8 @@ fn a_reason_names_the_players_who_can_weaken_together() {
         x : [0..5] init 0;\n [a] x=0 -> (x'=1);\n [b] x=0 -> (x'=3);\n [c] x=1 | x=3 -> (x'=x+1);\n \
         [d] x=2 | x=4 -> (x'=x+1);\n [a] x=5 -> true;\nendmodule\n";
     let scratch = Scratch::new(&[("g.prism", model), ("g.pref", "objective Start = F x<=4;")]);
-    let json = at(&scratch, &["strategy", "@g.prism", "@g.pref", "--json"]).expect(0).json();
+    let by_step = ["strategy", "@g.prism", "@g.pref", "--safety", "action"];
+    let json = at(&scratch, &[&by_step[..], &["--json"]].concat()).expect(0).json();
     let actions = json["states"][0]["actions"].as_array().unwrap();
     let reasons: Vec<&str> = actions.iter().map(|action| action["reason"].as_str().unwrap()).collect();
     let expected = [
@@ -128,7 +134,7 @@ fn a_reason_names_the_players_who_can_weaken_together() {
         "after x=3, p2 may take c, then p3 may take d, which weakens: Start lost",
     ];
     assert_eq!(reasons, expected);
-    let text = at(&scratch, &["strategy", "@g.prism", "@g.pref", "--coalition", "us,p3"]).expect(0).stdout;
+    let text = at(&scratch, &[&by_step[..], &["--coalition", "us,p3"]].concat()).expect(0).stdout;
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(text.contains("To move: us (ours)") && text.contains("whatever the opponent does"), "{text}");
 }
