@@ -17,7 +17,7 @@ use super::files::Target;
 use super::supervise::Job;
 
 /// Maximum number of states of a policy: each takes about as much memory as a line of its text.
-const MOST_STATES: usize = 1_000_000;
+pub(super) const MOST_STATES: usize = 1_000_000;
 
 /// The options about plans.
 #[derive(Debug, Clone, Args)]
@@ -106,7 +106,8 @@ impl PlanArgs {
     ) -> Result<(), Error> {
         let find = || match &asking.goal.target {
             Goal::States(target) if search.answer() == Some(true) => {
-                checked(Policy::of_search(search, MOST_STATES)?, program, target, &*job.sink).map(Some)
+                checked(Policy::of_search(search, program, MOST_STATES)?, program, target, &*job.sink)
+                    .map(Some)
             }
             _ => Ok(None),
         };
@@ -130,10 +131,9 @@ impl PlanArgs {
             job.sink.warn("no policy is written: no strong cyclic plan exists");
             return Ok(());
         };
-        let text = if self.is_json() {
-            policy::json(&found, program).map_err(|e| Error::Usage(e.to_string()))? + "\n"
-        } else {
-            policy::text(&found, program)
+        let text = match self.is_json() {
+            true => policy::json(&found, program)? + "\n",
+            false => policy::text(&found, program)?,
         };
         out.write(&text)?;
         update(job, |plan| plan.policy_states = Some(Number::from(found.entries.len() as u64)));

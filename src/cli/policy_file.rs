@@ -8,6 +8,7 @@ use clap::{Arg, Args};
 use meliora::reach::{Asking, Target as Goal};
 use meliora_base::error::{Error, SourceFile};
 use meliora_base::random::Draw;
+use meliora_engine::explicit::initial_states;
 use meliora_lang::{Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, State};
@@ -20,6 +21,7 @@ use super::load;
 use super::mix_file::MixFile;
 use super::model_files::ModelFiles;
 use super::options::{Limits, PreferenceArgs, ShownArgs};
+use super::policy::MOST_STATES;
 use super::supervise::{Job, supervise};
 
 /// The options about the goal of a policy.
@@ -75,7 +77,7 @@ struct Read {
     program: Program,
     goal: Predicate,
     rules: Rules,
-    initial: State,
+    initial: Vec<State>,
 }
 
 impl PolicyFile {
@@ -90,9 +92,8 @@ impl PolicyFile {
                 return self.mixed(job, &source, is_strong, None);
             }
             let read = job.timed("parse", || self.read(job, &source), |r, s| r.time.add("parse", s))?;
-            let initial = std::slice::from_ref(&read.initial);
-            let check =
-                || Ok(read.rules.check(&read.program, &read.goal, initial, is_strong, job.sink.as_ref())?);
+            let Read { program, goal, rules, initial } = &read;
+            let check = || Ok(rules.check(program, goal, initial, is_strong, job.sink.as_ref())?);
             let found = job.timed("answer", check, |r, s| r.time.add("answer", s))?;
             job.update(|r| r.set(&read.program, found));
             Ok(())
@@ -117,7 +118,11 @@ impl PolicyFile {
                 for number in 0..count {
                     job.sink.check()?;
                     let mut draw = Draw::numbered(seed, number);
-                    let run = read.rules.run(&read.program, &read.goal, &read.initial, limit, &mut draw);
+                    let start = match read.initial.as_slice() {
+                        [start] => start,
+                        several => &several[draw.below(several.len())],
+                    };
+                    let run = read.rules.run(&read.program, &read.goal, start, limit, &mut draw);
                     job.update(|r| r.add(&read.program, run));
                 }
                 Ok(())
@@ -166,11 +171,10 @@ impl PolicyFile {
     fn read(&self, job: &Job<PolicyReport>, source: &Arc<SourceFile>) -> Result<Read, Error> {
         let program = self.program(job, self.target.is_none())?;
         let goal = goal(&program, self.target.as_deref())?;
-        let initial: Option<State> = program.variables.iter().map(|variable| variable.initial).collect();
-        let Some(initial) = initial else {
-            let message = "a policy is followed from one initial state; this model has `init … endinit`";
-            return Err(Error::Usage(message.to_owned()));
-        };
+        let initial = initial_states(&program, MOST_STATES, job.sink.as_ref())?;
+        if initial.is_empty() {
+            return Err(Error::Usage("the model has no initial state to follow a policy from".to_owned()));
+        }
         let rules = policy_file::read(source, &program)?;
         Ok(Read { program, goal, rules, initial })
     }
@@ -185,10 +189,15 @@ fn goal(program: &Program, target: Option<&str>) -> Result<Predicate, Error> {
     if program.players.is_some() {
         return wrong("policies are about models with one player; `strategy` is for games");
     }
-    let text = match target {
-        Some(text) => text,
-        None if program.planning.is_some() => "\"goal\"",
-        None => return wrong("this model has no goal of its own: `--target EXPR` gives one"),
+    let text = match (target, &program.planning) {
+        (Some(text), _) => text,
+        (None, Some(planning)) if planning.has_goal() => "\"goal\"",
+        (None, Some(_)) => {
+            return wrong(
+                "this problem has preferences and no goal that must hold: `--target EXPR` gives one",
+            );
+        }
+        (None, None) => return wrong("this model has no goal of its own: `--target EXPR` gives one"),
     };
     match Asking::target(program, &SourceFile::new("--target", text), &[])?.goal.target {
         Goal::States(goal) => Ok(goal),

@@ -1,6 +1,6 @@
 //! The names of the planning problem that a program was made from.
 
-use ahash::AHashMap;
+use ahash::{AHashMap, AHashSet};
 
 use super::expr::ExprId;
 use super::{Program, VarId, Variable};
@@ -47,6 +47,17 @@ impl Planning {
         self.facts.iter().find(|fact| plain(&fact.name) == name)
     }
 
+    /// Returns whether the problem has a goal that must hold, and not preferences alone.
+    pub fn has_goal(&self) -> bool {
+        self.objectives.iter().any(|(name, _)| name == "goal")
+    }
+
+    /// Returns a name that two facts have, as objects may have commas in their names.
+    pub fn doubled_fact(&self) -> Option<&str> {
+        let mut known = AHashSet::new();
+        self.facts.iter().find(|fact| !known.insert(plain(&fact.name))).map(|fact| fact.name.as_str())
+    }
+
     /// Returns the atom with a name, in which spaces and capitals do not count; `None` if it is none.
     pub fn named(&self, text: &str) -> Option<Named> {
         let name = plain(text);
@@ -73,6 +84,12 @@ pub fn plain(name: &str) -> String {
 }
 
 impl Program {
+    /// Returns whether two names of actions are the same: names are exact, but in planning problems spaces and capitals do
+    /// not count.
+    pub fn is_same_name(&self, a: &str, b: &str) -> bool {
+        a == b || self.planning.is_some() && plain(a) == plain(b)
+    }
+
     /// Returns the names of the facts that the values of a variable stand for, from `low` to `high`, empty texts
     /// for values without a fact; no texts if there are no facts.
     pub fn facts_of(&self, variable: &Variable) -> Vec<String> {

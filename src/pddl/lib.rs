@@ -106,7 +106,8 @@ fn read(sources: &[Arc<SourceFile>], for_goals: bool, sink: &dyn ProgressSink) -
     let (task, warnings) = check::check(sources, &joined(sources), &nodes)?;
     drop(nodes);
     let mut ground = ground::ground(&task, sink)?;
-    if for_goals {
+    // An action that is left out may have the name of another one.
+    if for_goals && !task.may_double_names() {
         ground.keep_relevant();
     }
     let groups = invariants::groups(&ground, sink)?;

@@ -228,7 +228,14 @@ impl Lowering<'_> {
         let (ground, task) = (self.ground, self.task);
         let (mut actions, mut commands, mut costs) = (Vec::new(), Vec::new(), Vec::new());
         let always = self.pool.value(Value::Bool(true));
-        let mut taken = AHashSet::new();
+        let called =
+            |action: &GroundAction| task.called(&task.actions[action.schema].name, &action.arguments);
+        // A text that two actions have names neither: each gets a number.
+        let mut taken = if task.may_double_names() {
+            doubled(ground.actions.iter().map(called))
+        } else {
+            AHashSet::new()
+        };
         for action in &ground.actions {
             let Some(fixed) = self.fixed(&action.precondition) else { continue };
             let schema = &task.actions[action.schema];
@@ -248,7 +255,7 @@ impl Lowering<'_> {
                 branches: self.branches(action, &fixed, variables),
                 span: Span::new(start, end),
             });
-            actions.push(unique(task.called(&schema.name, &action.arguments), &mut taken));
+            actions.push(unique(called(action), &mut taken));
         }
         (actions, commands, costs)
     }
@@ -384,6 +391,12 @@ impl Lowering<'_> {
         }
         planning
     }
+}
+
+/// Returns the names that occur twice.
+fn doubled(names: impl Iterator<Item = String>) -> AHashSet<String> {
+    let mut known = AHashSet::new();
+    names.filter(|name| !known.insert(name.clone())).collect()
 }
 
 /// Returns a name that is not taken, and takes it.

@@ -169,6 +169,11 @@ impl Task {
         self.called(&self.predicates[predicate].name, arguments)
     }
 
+    /// Returns whether two ground actions, or two facts, may have one name, as `(do a,b c)` and `(do a b,c)`.
+    pub(crate) fn may_double_names(&self) -> bool {
+        self.objects.iter().any(|object| object.contains(','))
+    }
+
     /// Formats a name with arguments.
     pub(crate) fn called(&self, name: &str, arguments: &[Object]) -> String {
         if arguments.is_empty() {

@@ -35,6 +35,7 @@ pub mod players;
 pub mod plot;
 pub mod policy;
 pub mod policy_file;
+mod policy_names;
 pub mod policy_report;
 pub mod properties;
 pub mod query;

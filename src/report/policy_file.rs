@@ -1,4 +1,7 @@
 //! Files of policies: the text of planners, `If holds: … Execute: …`, and a list in JSON.
+//!
+//! Both are lists of rules, of which the first one that holds counts. After the action, ` / position=1` tells apart
+//! choices with one name; the kind of the plan and the distance, which planners add, do not count.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -9,23 +12,28 @@ use serde::Deserialize;
 use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_base::value::Type;
 use meliora_model::planning::{Named, plain};
-use meliora_model::{Program, State, VarId};
-use meliora_planning::rules::{Literal, Rules};
+use meliora_model::{Program, VarId};
+use meliora_planning::rules::{Literal, Rules, Taken};
+
+use super::policy_names::{Condition, Rest};
+
+/// The kinds of plans that planners note after an action: strong cyclic, not strong cyclic, strong, weak.
+const KINDS: [&str; 4] = ["SC", "NSC", "S", "W"];
 
 /// An entry in JSON; further fields do not count.
 #[derive(Deserialize)]
 struct Entry {
     state: Vec<String>,
     action: String,
+    position: Option<usize>,
 }
 
-/// Reads a policy. A rule that names all facts of a state is about this state; others hold wherever their
-/// facts do, the first one first.
+/// Reads a policy. A rule holds wherever its conditions do, and the first one that holds counts.
 ///
 /// # Errors
-/// The text is wrong, or names another thing than facts; with its place.
+/// The text is wrong, or names another thing than facts, or a name that two facts have; with its place.
 pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<Rules> {
-    let mut reader = Reader { source, program, facts: facts(program), rules: Rules::default() };
+    let mut reader = Reader { source, program, facts: facts(program), rules: Rules::of(program) };
     if source.text.trim_start().starts_with('[') {
         reader.json()?;
     } else {
@@ -34,10 +42,17 @@ pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<Rules> {
     Ok(reader.rules)
 }
 
-/// Returns the facts of a planning problem by their names in small letters; none for other models.
-fn facts(program: &Program) -> AHashMap<String, (VarId, i64)> {
-    let facts = program.planning.iter().flat_map(|planning| &planning.facts);
-    facts.map(|fact| (plain(&fact.name), (fact.variable, fact.value))).collect()
+/// The facts of a planning problem by their names in small letters; `None` for names that two facts have.
+type Facts = AHashMap<String, Option<(VarId, i64)>>;
+
+/// Returns the facts of a planning problem; none for other models.
+fn facts(program: &Program) -> Facts {
+    let mut facts = Facts::new();
+    for fact in program.planning.iter().flat_map(|planning| &planning.facts) {
+        let new = Some((fact.variable, fact.value));
+        facts.entry(plain(&fact.name)).and_modify(|known| *known = None).or_insert(new);
+    }
+    facts
 }
 
 /// Returns the place of an error in a text.
@@ -51,7 +66,7 @@ pub(super) fn place(source: &SourceFile, error: &serde_json::Error) -> Range<usi
 struct Reader<'a> {
     source: &'a Arc<SourceFile>,
     program: &'a Program,
-    facts: AHashMap<String, (VarId, i64)>,
+    facts: Facts,
     rules: Rules,
 }
 
@@ -64,13 +79,15 @@ impl Reader<'_> {
             start += line.len();
             let line = line.trim();
             if let Some(facts) = line.strip_prefix("If holds:") {
-                open = Some(self.conditions(facts.trim().split('/'), &span)?);
+                if open.is_some() {
+                    return Err(self.wrong(span, "expected `Execute: …` after `If holds: …`").into());
+                }
+                open = Some(self.conditions(facts, &span)?);
             } else if let Some(action) = line.strip_prefix("Execute:") {
                 let Some(conditions) = open.take() else {
                     return Err(self.wrong(span, "expected `If holds: …` before `Execute: …`").into());
                 };
-                // After the action stand the kind of the plan and the distance.
-                self.add(conditions, action.split(" / ").next().unwrap_or_default().trim());
+                self.rules.add(conditions, self.taken(action, &span)?);
             } else if !line.is_empty() && line != "Policy:" {
                 let wrong = self.wrong(span, "expected `If holds: fact/fact/…` or `Execute: action`");
                 return Err(wrong.help("`meliora reach --policy FILE` writes such a file").into());
@@ -87,9 +104,10 @@ impl Reader<'_> {
             let wrong = self.wrong(place(self.source, &error), error.to_string());
             wrong.help("expected a list of `{\"state\": [\"fact\", …], \"action\": \"name\"}`")
         })?;
-        for Entry { state, action } in entries {
-            let conditions = self.conditions(state.iter().map(String::as_str), &(0..0))?;
-            self.add(conditions, &action);
+        for Entry { state, action, position } in entries {
+            let conditions = state.iter().map(|text| self.literal(&mut Rest(text), true, text, &(0..0)));
+            let conditions = conditions.collect::<Result<_>>()?;
+            self.rules.add(conditions, Taken { action, position });
         }
         Ok(())
     }
@@ -98,27 +116,73 @@ impl Reader<'_> {
         Diagnostic::new(self.source, span, message)
     }
 
-    fn conditions<'t>(
-        &self,
-        facts: impl Iterator<Item = &'t str>,
-        span: &Range<usize>,
-    ) -> Result<Vec<Literal>> {
-        let named = facts.map(str::trim).filter(|text| !text.is_empty());
-        named.map(|text| self.literal(text, span)).collect()
+    /// Reads conditions that are separated by slashes. An empty one, as planners write at the end, does not count.
+    fn conditions(&self, text: &str, span: &Range<usize>) -> Result<Vec<Literal>> {
+        let (mut rest, mut found) = (Rest(text.trim()), Vec::new());
+        while !rest.0.trim_start().is_empty() {
+            if !rest.skip("/") {
+                let shown = rest.0;
+                found.push(self.literal(&mut rest, false, shown, span)?);
+            }
+        }
+        Ok(found)
+    }
+
+    /// Reads the action, its position, and what planners add: the kind of the plan and the distance.
+    fn taken(&self, text: &str, span: &Range<usize>) -> Result<Taken> {
+        let mut rest = Rest(text);
+        let wrong = |message| self.wrong(span.clone(), message);
+        let ends = |rest: &Rest<'_>| rest.0.trim().is_empty() || rest.0.trim_start().starts_with("/ ");
+        let name = rest.name(&[" / "]).filter(|(name, in_quotes)| *in_quotes || !name.is_empty());
+        let (action, _) = name.filter(|_| ends(&rest)).ok_or_else(|| {
+            let help =
+                "a name with `/`, `=`, `\"` or outer blanks stands in double quotes, and its own are doubled";
+            wrong("expected the name of an action").help(help)
+        })?;
+        let mut position = None;
+        for remark in rest.0.split(" / ").map(str::trim).filter(|remark| !remark.is_empty()) {
+            match remark.split_once('=') {
+                Some(("position", number)) => {
+                    let number = number.parse().map_err(|_| wrong("expected a number after `position=`"))?;
+                    position = Some(number);
+                }
+                Some(("d", _)) => {}
+                None if KINDS.contains(&remark) => {}
+                _ => {
+                    let help = "a name with ` / ` stands in double quotes";
+                    return Err(wrong("expected `SC`, `d=8` or `position=0` after the action")
+                        .help(help)
+                        .into());
+                }
+            }
+        }
+        Ok(Taken { action, position })
     }
 
     /// Reads `at(robot,kitchen)`, `not(at(robot,kitchen))`, or `x=3` in a model of another language.
-    fn literal(&self, text: &str, span: &Range<usize>) -> Result<Literal> {
-        let negated = text.strip_prefix("not(").and_then(|rest| rest.strip_suffix(')'));
-        let (name, holds) = (negated.unwrap_or(text), negated.is_none());
-        let found = match &self.program.planning {
-            Some(_) => self.facts.get(&plain(name)).copied(),
-            None => self.value(name),
+    fn literal(&self, rest: &mut Rest<'_>, one: bool, text: &str, span: &Range<usize>) -> Result<Literal> {
+        let has_values = self.program.planning.is_none();
+        let Some(Condition { name, value, negated }) = rest.condition(has_values, one) else {
+            let message = format!("`{}` is not a condition", text.trim());
+            let help = "expected a fact such as `at(robot,kitchen)`, or `x=3` in a model of another language; a name with `/`, \
+                        `=` or `\"` stands in double quotes, and its own are doubled";
+            return Err(self.wrong(span.clone(), message).help(help).into());
+        };
+        let holds = !negated;
+        let found = match &value {
+            Some((value, in_quotes)) => self.value(&name, value, *in_quotes),
+            None => match self.facts.get(&plain(&name)) {
+                Some(None) => {
+                    let wrong = self.wrong(span.clone(), format!("two facts are called `{name}`"));
+                    return Err(wrong.help("rename an object of the problem").into());
+                }
+                found => found.copied().flatten(),
+            },
         };
         if let Some((variable, value)) = found {
             return Ok((variable, value, holds));
         }
-        let known = self.program.planning.as_ref().and_then(|planning| planning.named(name));
+        let known = self.program.planning.as_ref().and_then(|planning| planning.named(&name));
         let help = match known {
             Some(Named::Atom(_)) => "it always holds, or rules define it: leave it out",
             Some(Named::Never) => {
@@ -126,49 +190,20 @@ impl Reader<'_> {
             }
             None => "expected a fact such as `at(robot,kitchen)`, or `x=3` in a model of another language",
         };
-        let message = format!("`{name}` is not a fact that changes");
+        let shown = value.map_or_else(|| name.clone(), |(value, _)| format!("{name}={value}"));
+        let message = format!("`{shown}` is not a fact that changes");
         Err(self.wrong(span.clone(), message).help(help).into())
     }
 
-    fn value(&self, text: &str) -> Option<(VarId, i64)> {
-        let (name, value) = text.rsplit_once('=')?;
+    /// Returns a variable with a value; a value in quotes is a name.
+    fn value(&self, name: &str, value: &str, in_quotes: bool) -> Option<(VarId, i64)> {
         let (id, variable) = (0..).map(VarId).zip(&self.program.variables).find(|(_, v)| v.name == name)?;
-        let named = variable.values.iter().position(|known| known == value.trim_matches('"'));
-        let value = match (named, variable.ty) {
-            (Some(at), _) => variable.low + i64::try_from(at).ok()?,
-            (None, Type::Bool) => i64::from(value.parse::<bool>().ok()?),
-            (None, _) => value.parse().ok()?,
+        let value = match (variable.ty, variable.values.iter().position(|known| known == value)) {
+            (_, Some(at)) => variable.low + i64::try_from(at).ok()?,
+            _ if in_quotes => return None,
+            (Type::Bool, None) => i64::from(value.parse::<bool>().ok()?),
+            (_, None) => value.parse().ok()?,
         };
         (variable.low..=variable.high).contains(&value).then_some((id, value))
-    }
-
-    fn add(&mut self, conditions: Vec<Literal>, action: &str) {
-        if let Some(state) = self.state(&conditions) {
-            self.rules.add_state(state, action);
-        }
-        self.rules.add_condition(conditions, action);
-    }
-
-    /// Returns the state in which no other facts hold; `None` if there is none.
-    fn state(&self, conditions: &[Literal]) -> Option<State> {
-        let mut state: Vec<Option<i64>> = vec![None; self.program.variables.len()];
-        for &(variable, value, _) in conditions.iter().filter(|(_, _, holds)| *holds) {
-            let known = state[variable.index()].get_or_insert(value);
-            if *known != value {
-                return None;
-            }
-        }
-        if self.program.planning.is_none() {
-            return state.into_iter().collect();
-        }
-        let mut facts: Vec<i64> = vec![0; state.len()];
-        self.facts.values().for_each(|(variable, _)| facts[variable.index()] += 1);
-        // A variable has one value more than facts if none of them may hold.
-        let without = |(at, value): (usize, Option<i64>)| {
-            let variable = &self.program.variables[at];
-            let none = if variable.ty == Type::Bool { variable.low } else { variable.high };
-            value.or((facts[at] <= variable.high - variable.low).then_some(none))
-        };
-        state.into_iter().enumerate().map(without).collect()
     }
 }

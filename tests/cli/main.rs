@@ -40,6 +40,7 @@ mod output;
 mod partial;
 mod phases;
 mod planning;
+mod policies;
 mod promises;
 mod properties;
 mod prospects;

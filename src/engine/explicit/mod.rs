@@ -50,6 +50,7 @@ use explore::{Explored, Space, Task};
 use games::Game;
 use graph::Graph;
 pub use guided::{Guided, Guiding};
+pub use initial::initial_states;
 use layout::Layout;
 use meliora_base::error::Result;
 use meliora_model::{Program, State};

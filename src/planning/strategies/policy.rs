@@ -2,8 +2,9 @@
 
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::progress::Poll;
-use meliora_engine::{Engine, Guided};
-use meliora_model::step::Step;
+use meliora_engine::{Engine, Guided, Guiding};
+use meliora_model::planning::plain;
+use meliora_model::step::{Choice, Step};
 use meliora_model::{Program, State};
 
 /// A policy: the states that it visits outside the goal, each with its action.
@@ -22,6 +23,8 @@ pub struct PolicyEntry {
     pub state: State,
     /// The name of the choice; see [`Program::choices`].
     pub action: String,
+    /// The position among the choices of the state, if another one has the same name.
+    pub position: Option<usize>,
     /// The least number of steps to the goal, among all actions that keep the goal sure; for a policy of a guided
     /// search, among those of the policy.
     pub distance: usize,
@@ -49,15 +52,16 @@ impl Policy {
     ///
     /// # Errors
     /// A limit.
-    pub fn of_search(search: &Guided, limit: usize) -> Result<Self> {
+    pub fn of_search(search: &Guided, program: &Program, limit: usize) -> Result<Self> {
         let policy = search.policy()?;
         if policy.len() > limit {
             return Err(Limit::Listed(limit as u64).into());
         }
-        let entry = |of: meliora_engine::Guiding| PolicyEntry {
-            state: of.state,
-            action: of.name,
-            distance: of.distance,
+        let may_double = has_doubled_names(program);
+        let entry = |Guiding { state, choice, name: action, distance }: Guiding| {
+            let choices = if may_double { program.choices(&state).unwrap_or_default() } else { Vec::new() };
+            let position = position(program, choices.iter().map(|(own, name)| (own, name.as_str())), &choice);
+            PolicyEntry { state, action, position, distance }
         };
         Ok(Policy { initial: search.initial_states(), entries: policy.into_iter().map(entry).collect() })
     }
@@ -91,6 +95,23 @@ impl Policy {
         let initial = engine.list_states(&engine.initial_states(), limit)?;
         found.unfold(initial, limit).map(Some)
     }
+}
+
+/// Returns whether two choices of a state may have one name.
+fn has_doubled_names(program: &Program) -> bool {
+    let mut known = ahash::AHashSet::new();
+    program.planning.is_none() || !program.actions.iter().all(|action| known.insert(plain(action)))
+}
+
+/// Returns the position of a choice among those of its state, if another one has the same name.
+fn position<'c>(
+    program: &Program,
+    choices: impl Iterator<Item = (&'c Choice, &'c str)> + Clone,
+    choice: &Choice,
+) -> Option<usize> {
+    let at = choices.clone().position(|(own, _)| own == choice)?;
+    let (_, name) = choices.clone().nth(at)?;
+    (choices.filter(|(_, other)| program.is_same_name(name, other)).count() > 1).then_some(at)
 }
 
 /// The states by their distance to the goal.
@@ -132,27 +153,30 @@ impl<E: Engine> Layers<'_, E> {
             }
             // The commands of a state are work, for an engine that has turns.
             self.engine.settings().sink.advance(self.program.commands.len() as u64);
-            let step = self.step(&state, distance)?;
+            let (step, position) = self.step(&state, distance)?;
             for (next, _) in step.successors {
                 if seen.insert(next.clone()) {
                     open.push_back(next);
                 }
             }
-            entries.push(PolicyEntry { state, action: step.name, distance });
+            entries.push(PolicyEntry { state, action: step.name, position, distance });
         }
         Ok(Policy { initial, entries })
     }
 
-    /// Returns the first step of a state that keeps the goal sure and may lead nearer.
-    fn step(&self, state: &[i64], distance: usize) -> Result<Step> {
+    /// Returns the first step of a state that keeps the goal sure and may lead nearer, with its position if another one has
+    /// its name.
+    fn step(&self, state: &[i64], distance: usize) -> Result<(Step, Option<usize>)> {
         let lost = || Error::Usage("a state of the policy has no action that leads to the goal".to_owned());
-        for step in self.program.steps(state).map_err(|_| lost())? {
+        let steps = self.program.steps(state).map_err(|_| lost())?;
+        for step in &steps {
             if !self.engine.contains_choice(self.choices, state, &step.choice)? {
                 continue;
             }
             for (next, _) in &step.successors {
                 if self.engine.contains(&self.layers[distance - 1], next)? {
-                    return Ok(step);
+                    let choices = steps.iter().map(|own| (&own.choice, own.name.as_str()));
+                    return Ok((step.clone(), position(self.program, choices, &step.choice)));
                 }
             }
         }

@@ -1,31 +1,56 @@
 //! Policies as lists of rules, which are checked and run state by state with the program alone, without an
 //! engine.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
-use ahash::AHashMap;
+use ahash::{AHashMap, AHashSet};
 
-use super::policy::Policy;
+use super::policy::{Policy, PolicyEntry};
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::progress::{Poll, ProgressSink};
 use meliora_base::random::Draw;
 use meliora_base::value::Value;
-use meliora_model::planning::plain;
+use meliora_model::planning::{Planning, plain};
 use meliora_model::predicate::Predicate;
-use meliora_model::step::{Step, StepError};
-use meliora_model::{ModelKind, Program, State, VarId};
+use meliora_model::step::Step;
+use meliora_model::{Program, State, VarId};
 
 /// A condition of a rule: a variable has a value, or has it not.
 pub type Literal = (VarId, i64, bool);
 
-/// A policy: actions for states and for conditions.
+/// A policy: rules in an order. In each state, the first rule whose conditions all hold gives the action.
 #[derive(Debug, Clone, Default)]
 pub struct Rules {
-    /// The actions of single states.
-    states: AHashMap<State, String>,
-    /// Conditions with their actions, for all other states; the first one that holds counts.
-    conditions: Vec<(Vec<Literal>, String)>,
+    rules: Vec<Rule>,
+    /// The facts of a planning problem; for other models all values are facts.
+    facts: Option<AHashSet<Fact>>,
+    /// The first rule that names exactly these facts, and no others.
+    exact: AHashMap<Vec<Fact>, usize>,
+    /// The rules that name facts alone, by their number: they hold where more facts hold, too.
+    fewer: BTreeMap<usize, Vec<usize>>,
+    /// The rules with other conditions.
+    others: Vec<usize>,
+}
+
+/// A variable with its value.
+type Fact = (VarId, i64);
+
+/// The conditions of a rule, and its action.
+#[derive(Debug, Clone)]
+struct Rule {
+    conditions: Vec<Literal>,
+    taken: Taken,
+}
+
+/// The action of a rule.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Taken {
+    /// The name of the choice; see [`Program::choices`]. In planning problems, capitals do not count.
+    pub action: String,
+    /// The position among the choices of the state, which tells apart choices with one name.
+    pub position: Option<usize>,
 }
 
 /// A reason why a policy does not reach its goal.
@@ -44,6 +69,10 @@ pub enum FaultKind {
     Open,
     /// This action is not enabled.
     Disabled(String),
+    /// Several choices have this name, and the policy gives no position.
+    Ambiguous(String),
+    /// The choice at this position has another name than this one, or there is none.
+    Misplaced(String, usize),
     /// The goal is not reachable.
     Lost,
     /// The state may be visited again.
@@ -57,6 +86,15 @@ impl fmt::Display for FaultKind {
             FaultKind::Disabled(action) => {
                 write!(f, "the policy takes `{action}` in a state where this is not enabled")
             }
+            FaultKind::Ambiguous(action) => write!(
+                f,
+                "the policy takes `{action}` in a state where several choices have this name; a position tells them \
+                 apart: `/ position=0`, or \"position\": 0 in JSON"
+            ),
+            FaultKind::Misplaced(action, position) => write!(
+                f,
+                "the policy takes `{action}` at the position {position} in a state where this choice is not enabled"
+            ),
             FaultKind::Lost => {
                 f.write_str("no path of the policy leads from a state that it visits to the goal")
             }
@@ -103,24 +141,56 @@ fn holds(goal: &Predicate, state: &State) -> bool {
     goal.eval(state) == Ok(Value::Bool(true))
 }
 
+impl Rule {
+    fn holds(&self, state: &[i64]) -> bool {
+        self.conditions.iter().all(|&(variable, value, is)| (state[variable.index()] == value) == is)
+    }
+}
+
 impl Rules {
-    /// Adds a rule for one state; an earlier one counts.
-    pub fn add_state(&mut self, state: State, action: &str) {
-        self.states.entry(state).or_insert_with(|| plain(action));
+    /// Returns no rules, for the facts of a planning problem or the values of another model.
+    pub fn of(program: &Program) -> Self {
+        let facts = |planning: &Planning| planning.facts.iter().map(|f| (f.variable, f.value)).collect();
+        Rules { facts: program.planning.as_deref().map(facts), ..Default::default() }
     }
 
-    /// Adds a rule for all other states that satisfy some conditions.
-    pub fn add_condition(&mut self, conditions: Vec<Literal>, action: &str) {
-        self.conditions.push((conditions, plain(action)));
+    /// Adds a rule for one state.
+    pub fn add_state(&mut self, state: &[i64], taken: Taken) {
+        let conditions = (0..).zip(state).map(|(at, &value)| (VarId(at), value, true)).collect();
+        self.add(conditions, taken);
     }
 
-    /// Returns the action of a state, without spaces and capitals.
-    fn action(&self, state: &State) -> Option<&str> {
-        let fits = |(conditions, _): &&(Vec<Literal>, String)| {
-            conditions.iter().all(|&(variable, value, is)| (state[variable.index()] == value) == is)
-        };
-        let of_state = self.states.get(state);
-        of_state.or_else(|| self.conditions.iter().find(fits).map(|(_, action)| action)).map(String::as_str)
+    /// Adds a rule for the states that satisfy all conditions.
+    pub fn add(&mut self, conditions: Vec<Literal>, taken: Taken) {
+        let number = self.rules.len();
+        let mut facts: Vec<Fact> = conditions.iter().map(|&(variable, value, _)| (variable, value)).collect();
+        facts.sort_unstable();
+        facts.dedup();
+        if conditions.iter().all(|literal| literal.2) && facts.iter().all(|fact| self.is_fact(fact)) {
+            self.fewer.entry(facts.len()).or_default().push(number);
+            self.exact.entry(facts).or_insert(number);
+        } else {
+            self.others.push(number);
+        }
+        self.rules.push(Rule { conditions, taken });
+    }
+
+    fn is_fact(&self, fact: &Fact) -> bool {
+        self.facts.as_ref().is_none_or(|facts| facts.contains(fact))
+    }
+
+    /// Returns the action of the first rule that holds in a state. Rules with more facts than the state, or with as many
+    /// others, do not hold: only those with fewer facts are tried one by one.
+    fn action(&self, state: &State) -> Option<&Taken> {
+        let all = (0..).zip(state).map(|(at, &value)| (VarId(at), value));
+        let facts: Vec<Fact> = all.filter(|fact| self.is_fact(fact)).collect();
+        let mut first = self.exact.get(&facts).copied().unwrap_or(self.rules.len());
+        let tried = self.fewer.range(..facts.len()).map(|(_, rules)| rules).chain([&self.others]);
+        for rules in tried {
+            let mut before = rules.iter().take_while(|&&rule| rule < first);
+            first = before.find(|&&rule| self.rules[rule].holds(state)).copied().unwrap_or(first);
+        }
+        self.rules.get(first).map(|rule| &rule.taken)
     }
 
     /// Checks that every path of the policy from the initial states ends in the goal almost surely: each state
@@ -183,30 +253,23 @@ impl Rules {
         Ok(Ok(walk))
     }
 
-    /// Takes the step of the policy in a state: if an action has its name, among those of this action.
+    /// Takes the step of the policy in a state. In a planning problem, names are those of actions: if the policy gives no
+    /// position, only the commands of the action are evaluated.
     fn exact_step(
         &self,
         program: &Program,
         actions: &AHashMap<String, Vec<usize>>,
         state: &State,
     ) -> std::result::Result<Step<Ratio>, FaultKind> {
-        if let Some(own) = self.action(state).and_then(|action| actions.get(action))
-            && let Ok(step) = self.step(state, program.exact_steps_of(state, own))
+        let taken = self.action(state).ok_or(FaultKind::Open)?;
+        let own = actions.get(&plain(&taken.action)).filter(|_| taken.position.is_none());
+        if let Some(own) = own
+            && let Ok(steps) = program.exact_steps_of(state, own)
+            && let Ok(step) = step(program, taken, steps)
         {
             return Ok(step);
         }
-        self.step(state, program.exact_steps(state))
-    }
-
-    /// Takes the step of the policy among those of a state.
-    fn step<W>(
-        &self,
-        state: &State,
-        steps: std::result::Result<Vec<Step<W>>, StepError>,
-    ) -> std::result::Result<Step<W>, FaultKind> {
-        let action = self.action(state).ok_or(FaultKind::Open)?;
-        let step = steps.unwrap_or_default().into_iter().find(|step| plain(&step.name) == action);
-        step.ok_or_else(|| FaultKind::Disabled(action.to_owned()))
+        step(program, taken, program.exact_steps(state).unwrap_or_default())
     }
 
     /// Runs the policy from a state until it reaches the goal, at most for some steps.
@@ -227,7 +290,8 @@ impl Rules {
             if steps.len() as u64 == most {
                 break;
             }
-            match self.step(&last, program.steps(&last)) {
+            let all = || program.steps(&last).unwrap_or_default();
+            match self.action(&last).ok_or(FaultKind::Open).and_then(|taken| step(program, taken, all())) {
                 Err(fault) => end = Some(Err(fault)),
                 Ok(step) => {
                     let drawn = draw.by_probability(step.successors.iter().map(|(_, p)| *p));
@@ -240,11 +304,33 @@ impl Rules {
     }
 }
 
-/// Returns the synchronisations of each action by its name, without spaces and capitals.
+/// Returns the step of an action among those of a state.
+fn step<W>(
+    program: &Program,
+    taken: &Taken,
+    mut steps: Vec<Step<W>>,
+) -> std::result::Result<Step<W>, FaultKind> {
+    let Taken { action, position } = taken;
+    let is_named = |step: &Step<W>| program.is_same_name(&step.name, action);
+    if let Some(position) = *position {
+        return match steps.get(position).is_some_and(is_named) {
+            true => Ok(steps.swap_remove(position)),
+            false => Err(FaultKind::Misplaced(action.clone(), position)),
+        };
+    }
+    let mut named = steps.into_iter().filter(is_named);
+    match (named.next(), named.next()) {
+        (Some(step), None) => Ok(step),
+        (Some(_), Some(_)) => Err(FaultKind::Ambiguous(action.clone())),
+        (None, _) => Err(FaultKind::Disabled(action.clone())),
+    }
+}
+
+/// Returns the synchronisations of each action of a planning problem by its name, without spaces and capitals.
 fn synchronisations(program: &Program) -> AHashMap<String, Vec<usize>> {
     let mut of_actions: AHashMap<String, Vec<usize>> = AHashMap::new();
-    // In a Markov chain, all combinations together are the one choice.
-    let all = program.synchronisations.iter().enumerate().filter(|_| program.kind != ModelKind::Dtmc);
+    // In other models, choices of several actions may have one name.
+    let all = program.synchronisations.iter().enumerate().filter(|_| program.planning.is_some());
     for (index, synchronisation) in all {
         if let Some(action) = synchronisation.action {
             of_actions.entry(plain(&program.actions[action])).or_default().push(index);
@@ -256,7 +342,9 @@ fn synchronisations(program: &Program) -> AHashMap<String, Vec<usize>> {
 impl From<&Policy> for Rules {
     fn from(policy: &Policy) -> Self {
         let mut rules = Rules::default();
-        policy.entries.iter().for_each(|entry| rules.add_state(entry.state.clone(), &entry.action));
+        for PolicyEntry { state, action, position, .. } in &policy.entries {
+            rules.add_state(state, Taken { action: action.clone(), position: *position });
+        }
         rules
     }
 }

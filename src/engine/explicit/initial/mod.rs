@@ -12,10 +12,10 @@ use std::sync::Arc;
 
 use super::explore::PATIENCE;
 use super::values::Values;
-use meliora_base::error::Result;
+use meliora_base::error::{Limit, Result};
 use meliora_base::progress::ProgressSink;
-use meliora_model::Program;
 use meliora_model::expr::ExprId;
+use meliora_model::{Program, State};
 use net::{Net, Op};
 
 /// A search for the states in which a condition is true, which can be interrupted and continued.
@@ -65,6 +65,23 @@ enum Found {
     Everywhere,
     /// … or perhaps in some: the box is split by this variable.
     Perhaps(usize),
+}
+
+/// Returns the initial states of a program in their order, at most `limit`. Cost: like an exploration of as many states.
+///
+/// # Errors
+/// There are more; the work is cancelled.
+pub fn initial_states(program: &Program, limit: usize, sink: &dyn ProgressSink) -> Result<Vec<State>> {
+    let (mut search, mut states) = (Search::new(program, program.initial, sink)?, Vec::new());
+    search.run(u64::MAX, sink, &mut |state| {
+        if states.len() == limit {
+            return Err(Limit::Listed(limit as u64).into());
+        }
+        states.push(state.to_vec());
+        Ok(())
+    })?;
+    states.sort_unstable();
+    Ok(states)
 }
 
 impl Search {
