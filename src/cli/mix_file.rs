@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use meliora::reach::evaluate::{Evaluator, Following, Model, Objectives};
 use meliora_base::error::{Error, SourceFile};
+use meliora_base::exact::{Ratio, Real};
 use meliora_base::random::Draw;
 use meliora_engine::{ExplicitEngine, Settings};
 use meliora_lang::property::Named;
@@ -90,13 +91,13 @@ impl MixFile {
     /// Returns a strategy with the values that it claims.
     fn claims(&self, at: usize, objectives: &Objectives<'_>) -> StrategyValues {
         let own = &self.strategies[at];
-        let objective = |(text, &claimed): (&String, &f64)| ObjectiveValue {
+        let objective = |(text, claimed): (&String, &Ratio)| ObjectiveValue {
             objective: text.clone(),
-            claimed,
+            claimed: double(claimed),
             value: None,
         };
         let objectives = objectives.texts().iter().zip(&own.values).map(objective).collect();
-        StrategyValues { share: own.share, nodes: own.nodes.len() as u64, objectives }
+        StrategyValues { share: own.share.as_ref().map(double), nodes: own.nodes.len() as u64, objectives }
     }
 
     /// Follows all strategies; `None` if one has a fault, which the report has then.
@@ -127,15 +128,13 @@ impl MixFile {
         objectives: &Objectives<'_>,
         nodes: &[Vec<Node>],
     ) -> Result<(), Error> {
-        let mut means = vec![0.0; objectives.texts().len()];
         let Some(all) = self.followed(job, objectives, nodes)? else { return Ok(()) };
         for (at, following) in all.iter().enumerate() {
             job.sink.check()?;
             let mut shown = self.claims(at, objectives);
             let mut wrong = None;
             for (index, own) in shown.objectives.iter_mut().enumerate() {
-                let (found, holds) = following.attains(index, own.claimed)?;
-                means[index] += shown.share.unwrap_or_default() * own.claimed;
+                let (found, holds) = following.attains(index, &self.strategies[at].values[index])?;
                 own.value = Some(Bound { lower: found.lower, upper: found.upper, exact: None });
                 if !holds {
                     wrong.get_or_insert_with(|| {
@@ -153,18 +152,31 @@ impl MixFile {
                 wrong.iter().for_each(|wrong| r.refuse(&self.program, wrong, None));
             });
         }
-        let is_front = self.strategies.iter().all(|own| own.share.is_none());
-        let missed = |&at: &usize| !objectives.is_satisfied(at, means[at], PRECISION);
-        let missed = (0..means.len()).find(missed).filter(|_| !is_front);
+        let missed = self.missed(objectives, &all)?;
+        if objectives.are_open() {
+            job.sink.warn("the values of these strategies are checked, not that no others are better: a front may be incomplete");
+        }
         job.update(|r| {
-            if let Some(at) = missed {
-                let condition =
-                    format!("the strategies together do not satisfy `{}`", objectives.texts()[at]);
-                r.refuse(&self.program, &condition, None);
-            }
+            missed.iter().for_each(|condition| r.refuse(&self.program, condition, None));
             r.accepted = Some(Some(r.violation.is_none()));
         });
         Ok(())
+    }
+
+    /// Returns the bound that the strategies together do not satisfy, if there is one.
+    fn missed(&self, objectives: &Objectives<'_>, all: &[Following<'_>]) -> Result<Option<String>, Error> {
+        let shares = self.strategies.iter().map(|own| own.share.clone()).collect::<Option<Vec<_>>>();
+        let Some(shares) = shares else {
+            let message = "the strategies have no shares, so no mean satisfies the bounds of the property";
+            return Ok(objectives.have_bounds().then(|| message.to_owned()));
+        };
+        let drawn: Vec<_> = shares.into_iter().zip(all).collect();
+        for (at, text) in objectives.texts().iter().enumerate() {
+            if !objectives.is_satisfied(at, &drawn)? {
+                return Ok(Some(format!("the strategies together do not satisfy `{text}`")));
+            }
+        }
+        Ok(None)
     }
 
     /// Runs strategies, each drawn with its share, and measures the objectives.
@@ -175,7 +187,8 @@ impl MixFile {
         nodes: &[Vec<Node>],
         runs: &PolicyRuns,
     ) -> Result<(), Error> {
-        let shares: Option<Vec<f64>> = self.strategies.iter().map(|own| own.share).collect();
+        let shares: Option<Vec<f64>> =
+            self.strategies.iter().map(|own| own.share.as_ref().map(double)).collect();
         let Some(shares) = shares else {
             let message = "the strategies of a front have no shares, so none is drawn: ask for bounds, as in `multi(Pmax=? [ F a ], P>=0.5 [ F b ])`";
             return Err(Error::Usage(message.to_owned()));
@@ -202,7 +215,8 @@ impl MixFile {
             }
         }
         let measured = |at: usize| {
-            let means = self.strategies.iter().zip(&shares).map(|(own, share)| own.values[at] * share);
+            let means =
+                self.strategies.iter().zip(&shares).map(|(own, share)| double(&own.values[at]) * share);
             let (objective, claimed) = (objectives.texts()[at].clone(), means.sum());
             let of_probability = objectives.is_probability(at);
             measured(objective, claimed, &samples[at], of_probability, endless[at])
@@ -216,6 +230,10 @@ impl MixFile {
         });
         Ok(())
     }
+}
+
+fn double(x: &Ratio) -> f64 {
+    Real::Finite(x.clone()).to_f64()
 }
 
 /// Returns what the runs measured of an objective.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::reach::evaluate::{Build, Evaluator, Found, Model, Number, StateValue};
+use meliora::reach::evaluate::{Build, Evaluator, Found, Mix, Model, Number, StateValue};
 use meliora::reach::{Goal, Under};
 use meliora_base::error::Error;
 use meliora_engine::symbolic::StateSet;
@@ -163,13 +163,17 @@ fn write_mix<E: Engine>(
     target: &Target,
     program: &Program,
 ) -> Result<(), Error> {
-    let found = evaluator.mix(term)?.strategies;
+    let Mix { strategies: found, great } = evaluator.mix(term)?;
     if found.is_empty() {
         job.sink.warn("no strategies are written: none satisfies the bounds");
         return Ok(());
     }
-    let mixed =
-        found.iter().map(|own| Mixed { share: own.share.as_ref(), values: &own.values, nodes: &own.nodes });
+    let mixed = found.iter().map(|own| Mixed {
+        share: own.share.as_ref(),
+        values: &own.values,
+        nodes: &own.nodes,
+        great: &great,
+    });
     let text = evaluator.text(term);
     target.write(&(mix::json(&text, &mixed.collect::<Vec<_>>(), program)? + "\n"))
 }

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::fmt;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
-use serde::{Deserialize, Serialize, Serializer};
+use serde::de::{Error as _, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
 use super::{Program, State, Variable};
@@ -17,7 +18,7 @@ use meliora_base::value::{Type, Value};
 pub(super) const NO_VARIABLES: &str = "(no variables)";
 
 /// A state as an object from variables to values.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct Valuation(Map<String, Json>);
 
 impl Valuation {
@@ -52,6 +53,32 @@ impl Valuation {
     /// Returns the values as texts, in the order of the variables: names as they are, without quotes.
     pub fn cells(&self) -> impl Iterator<Item = String> {
         self.0.values().map(|value| value.as_str().map_or_else(|| value.to_string(), str::to_owned))
+    }
+}
+
+/// Reads an object in which no variable occurs twice.
+impl<'de> Deserialize<'de> for Valuation {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        struct Once;
+        impl<'de> Visitor<'de> for Once {
+            type Value = Valuation;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object from variables to values")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Valuation, A::Error> {
+                let mut values = Map::new();
+                while let Some((name, value)) = entries.next_entry::<String, Json>()? {
+                    if values.insert(name.clone(), value).is_some() {
+                        let message = format!("the variable `{}` occurs twice", escape::line(&name));
+                        return Err(A::Error::custom(message));
+                    }
+                }
+                Ok(Valuation(values))
+            }
+        }
+        from.deserialize_map(Once)
     }
 }
 

@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
+use meliora_base::decimal;
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_base::exact::Ratio;
+use meliora_base::exact::shortest;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State, fault};
-use meliora_quantities::answer::PRECISION;
 use meliora_quantities::several::{Node, Taking};
-use num_traits::ToPrimitive;
-use serde::{Deserialize, Serialize};
+use num_traits::{One, Signed, ToPrimitive};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::value::RawValue;
 
 use super::policy_file::place;
 
@@ -21,16 +24,43 @@ pub struct Mixed<'m> {
     pub values: &'m [Ratio],
     /// The states that it visits with its memory, the start first.
     pub nodes: &'m [(State, Node)],
+    /// For each objective, whether it is to be great.
+    pub great: &'m [bool],
 }
 
 /// A strategy of a file.
 pub struct ReadStrategy {
     /// The probability with which it is drawn; `None` for a point of a front.
-    pub share: Option<f64>,
+    pub share: Option<Ratio>,
     /// The values of the objectives that it claims.
-    pub values: Vec<f64>,
-    /// The states that it visits, the start first, and the choices that it takes there.
-    pub nodes: Vec<(State, Vec<Taking>)>,
+    pub values: Vec<Ratio>,
+    /// The states that it visits, the start first, with its memory and the choices that it takes there. The number of the
+    /// state in [`Node`] is not known.
+    pub nodes: Vec<(State, Node)>,
+}
+
+/// A fraction. It is a number in JSON if it is one of at most 17 digits, else a text such as `"1/3"`; both are read exactly.
+struct Fraction(Ratio);
+
+impl Serialize for Fraction {
+    fn serialize<S: Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
+        match self.0.to_f64().filter(|&x| shortest(x).as_ref() == Some(&self.0)) {
+            Some(x) => x.serialize(to),
+            None => to.collect_str(&self.0),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Fraction {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        let raw = Box::<RawValue>::deserialize(from)?;
+        let found = match serde_json::from_str::<String>(raw.get()) {
+            Ok(text) => decimal::read(&text),
+            Err(_) => decimal::decimal(raw.get()).ok(),
+        };
+        let wrong = || D::Error::custom("expected a decimal number, or a fraction such as \"1/3\"");
+        found.map(Fraction).ok_or_else(wrong)
+    }
 }
 
 #[derive(Serialize, Deserialize)]
@@ -41,8 +71,8 @@ struct File {
 
 #[derive(Serialize, Deserialize)]
 struct StrategyEntry {
-    share: Option<f64>,
-    values: Vec<f64>,
+    share: Option<Fraction>,
+    values: Vec<Fraction>,
     nodes: Vec<NodeEntry>,
 }
 
@@ -78,15 +108,27 @@ pub fn json(property: &str, strategies: &[Mixed<'_>], program: &Program) -> Resu
     let strategy = |own: &Mixed<'_>| {
         let nodes = own.nodes.iter().map(|(state, node)| entry(program, state, node));
         Ok(StrategyEntry {
-            share: own.share.map(number),
-            // Rounding outwards may lead below 0, where no probability and no reward is.
-            values: own.values.iter().map(|x| number(x).max(0.0)).collect(),
+            share: own.share.cloned().map(Fraction),
+            values: own.values.iter().zip(own.great).map(|(x, great)| Fraction(short(x, *great))).collect(),
             nodes: nodes.collect::<Result<_>>()?,
         })
     };
     let strategies = strategies.iter().map(strategy).collect::<Result<_>>()?;
     let text = serde_json::to_string_pretty(&File { property: property.to_owned(), strategies });
     text.map_err(|e| Error::Usage(e.to_string()))
+}
+
+/// Returns a short decimal next to a value: not above one that is to be great, not below one that is to be small.
+fn short(value: &Ratio, is_great: bool) -> Ratio {
+    // Rounding outwards may lead below 0, where no probability and no reward is.
+    let mut near = number(value).max(0.0);
+    loop {
+        match shortest(near) {
+            Some(x) if near == 0.0 || if is_great { x <= *value } else { x >= *value } => return x,
+            None => return value.clone(),
+            Some(_) => near = if is_great { near.next_down() } else { near.next_up() },
+        }
+    }
 }
 
 fn number(x: &Ratio) -> f64 {
@@ -127,15 +169,7 @@ pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<(String, Vec<
         wrong.help("expected a file of `reach --policy` for a property `multi(…)`")
     })?;
     let wrong = |message: String| Error::from(Diagnostic::new(source, 0..0, message));
-    let shares: Vec<Option<f64>> = file.strategies.iter().map(|own| own.share).collect();
-    let is_front = shares.iter().all(Option::is_none) && !shares.is_empty();
-    let sum: f64 = shares.iter().flatten().sum();
-    let is_mixed = shares.iter().all(|share| share.is_some_and(|share| (0.0..=1.0).contains(&share)));
-    if !(is_front || is_mixed && (sum - 1.0).abs() <= PRECISION) {
-        return Err(wrong(format!(
-            "the shares of the strategies are probabilities that sum to 1: here the sum is {sum}"
-        )));
-    }
+    check_shares(&file.strategies).map_err(wrong)?;
     let mut strategies = Vec::new();
     for (number, own) in (1..).zip(file.strategies) {
         if own.nodes.is_empty() {
@@ -146,13 +180,38 @@ pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<(String, Vec<
             let state = node.state.state(program).ok_or_else(|| {
                 wrong(format!("strategy {number}: `{}` is not a state of the model", node.state))
             })?;
-            let choices = taken(program, &state, node.actions)
-                .map_err(|message| wrong(format!("strategy {number}: in `{}`, {message}", node.state)))?;
-            nodes.push((state, choices));
+            let wrong = |message| wrong(format!("strategy {number}: in `{}`, {message}", node.state));
+            let decided = bits(&node.decided).map_err(wrong)?;
+            let choices = taken(program, &state, node.actions).map_err(wrong)?;
+            nodes.push((state, Node { state: 0, decided, steps: node.steps, choices }));
         }
-        strategies.push(ReadStrategy { share: own.share, values: own.values, nodes });
+        let values = own.values.into_iter().map(|value| value.0).collect();
+        strategies.push(ReadStrategy { share: own.share.map(|share| share.0), values, nodes });
     }
     Ok((file.property, strategies))
+}
+
+/// Checks that the shares are probabilities that sum to 1, or absent, as in a front.
+fn check_shares(strategies: &[StrategyEntry]) -> std::result::Result<(), String> {
+    let shares: Vec<&Ratio> = strategies.iter().flat_map(|own| &own.share).map(|share| &share.0).collect();
+    if shares.is_empty() && !strategies.is_empty() {
+        return Ok(());
+    }
+    let sum: Ratio = shares.iter().copied().sum();
+    if shares.len() == strategies.len() && sum.is_one() && !shares.iter().any(|share| share.is_negative()) {
+        return Ok(());
+    }
+    let sum = decimal::plain(&sum);
+    Err(format!(
+        "the shares of the strategies are probabilities that sum to 1: here the sum is {sum}; write thirds as \"1/3\""
+    ))
+}
+
+/// Returns the set of some objectives as bits.
+fn bits(decided: &[u32]) -> std::result::Result<u32, String> {
+    let is_set = decided.is_sorted_by(|a, b| a < b) && decided.iter().all(|&at| at < u32::BITS);
+    let message = || "`decided` is not a list of objectives in ascending order".to_owned();
+    is_set.then(|| decided.iter().fold(0, |bits, at| bits | 1 << at)).ok_or_else(message)
 }
 
 /// Returns the choices of some actions, or a message about a wrong one.

@@ -160,7 +160,11 @@ fn false_claims_are_refused() {
 
 #[test]
 fn files_that_are_no_strategies_are_errors() {
-    let texts: [(Edit, i32, &str); 6] = [
+    let texts: [(Edit, i32, &str); 10] = [
+        (|m| m["strategies"][0]["share"] = json!("1/2"), 3, "sum to 1"),
+        (|m| m["strategies"][0]["share"] = json!(-1), 3, "sum to 1"),
+        (|m| m["strategies"][0]["share"] = json!("1/0"), 3, "expected a decimal number, or a fraction"),
+        (|m| m["strategies"][0]["nodes"][0]["decided"] = json!([1, 0]), 3, "in ascending order"),
         (|m| m["strategies"][0]["share"] = json!(0.9), 3, "sum to 1"),
         (|m| m["strategies"] = json!([]), 3, "sum to 1"),
         (
@@ -191,4 +195,109 @@ fn a_front_is_verified_and_not_simulated() {
     assert!(found.stderr.contains("have no shares"), "{}", found.stderr);
     let found = Finished::of(meliora().args(["verify", &file, &model, "--strong"])).expect(2);
     assert!(found.stderr.contains("have objectives of their own"), "{}", found.stderr);
+}
+
+/// Runs `verify` on a file with one strategy, or several, each of one step from 0 and a loop.
+fn judged_mix(property: &str, strategies: &[(&str, &str, [f64; 2])]) -> Finished {
+    const MODEL: &str = "mdp\nmodule m\n s : [0..3] init 0;\n [a] s=0 -> 1/2:(s'=1) + 1/2:(s'=2);\n\
+         [c] s=0 -> (s'=3);\n [d] s>0 -> true;\nendmodule\nrewards \"r\" [a] s=0 : 1000000000; endrewards\n";
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let node = |state: usize, action: &str, position: usize, next: &[usize]| {
+        let p = 1.0 / next.len() as f64;
+        let to: Vec<_> = next.iter().map(|to| json!({"node": to, "probability": p})).collect();
+        let actions = json!([{"action": action, "position": position, "successors": to}]);
+        json!({"state": {"s": state}, "decided": [], "steps": 0, "actions": actions})
+    };
+    let one = |(share, action, values): &(&str, &str, [f64; 2])| {
+        let nodes = match *action {
+            "a" => json!([node(0, "a", 0, &[1, 2]), node(1, "d", 0, &[1]), node(2, "d", 0, &[2])]),
+            _ => json!([node(0, "c", 1, &[1]), node(3, "d", 0, &[1])]),
+        };
+        let mut strategy = json!({"values": values, "nodes": nodes});
+        strategy["share"] = serde_json::from_str(share).unwrap();
+        strategy
+    };
+    let mut mix = json!({"property": property});
+    mix["strategies"] = strategies.iter().map(one).collect();
+    // What the paths decide: s=1 is the first objective, s=3 the second one, unless the property has rewards.
+    for node in mix["strategies"]
+        .as_array_mut()
+        .unwrap()
+        .iter_mut()
+        .flat_map(|own| own["nodes"].as_array_mut().unwrap())
+    {
+        match node["state"]["s"].as_u64() {
+            Some(1) if !property.contains("R{") => node["decided"] = json!([0]),
+            Some(3) => node["decided"] = json!([1]),
+            _ => {}
+        }
+    }
+    std::fs::write(scratch.path("mix.json"), mix.to_string()).unwrap();
+    verified(&scratch.show("m.prism"), &scratch.show("mix.json"))
+}
+
+const A: [f64; 2] = [0.5, 0.0];
+const C: [f64; 2] = [0.0, 1.0];
+
+#[test]
+fn shares_are_fractions_that_sum_to_one() {
+    let third = "multi(P>=1/6 [ F s=1 ], P>=2/3 [ F s=3 ])";
+    judged_mix(third, &[("\"1/3\"", "a", A), ("\"2/3\"", "c", C)]).expect(0);
+    judged_mix(third, &[("\"0.33333333333333333\"", "a", A), ("\"0.66666666666666667\"", "c", C)]).expect(1);
+    judged_mix("multi(P>=0.1 [ F s=1 ], P>=0.8 [ F s=3 ])", &[("0.2", "a", A), ("0.8", "c", C)]).expect(0);
+    // A slack of a millionth would be multiplied by the rewards.
+    let much = "multi(R{\"r\"}>=1000000900 [ C ], P>=0 [ F s=3 ])";
+    judged_mix(much, &[("1", "a", [1e9, 0.0]), ("9e-7", "a", [1e9, 0.0])]).expect(3);
+    let little = "multi(R{\"r\"}<=999999100 [ C ], P>=0 [ F s=3 ])";
+    judged_mix(little, &[("0.9999991", "a", [1e9, 0.0]), ("0", "c", C)]).expect(3);
+}
+
+#[test]
+fn shares_are_needed_where_the_property_has_bounds() {
+    let bounds = "multi(P>=1 [ F s=1 ], P>=1 [ F s=3 ])";
+    let found = judged_mix(bounds, &[("null", "a", A), ("null", "c", C)]).expect(1).json();
+    assert!(found["violation"]["condition"].as_str().unwrap().contains("have no shares"), "{found}");
+    let front = "multi(Pmax=? [ F s=1 ], Pmax=? [ F s=3 ])";
+    let found = judged_mix(front, &[("null", "a", A), ("null", "c", C)]).expect(0);
+    assert!(found.stderr.contains("a front may be incomplete"), "{found:?}");
+    judged_mix(front, &[("0.5", "a", A), ("null", "c", C)]).expect(3);
+}
+
+#[test]
+fn bounds_have_no_slack() {
+    let bound = |p: &str| format!("multi(P>={p} [ F s=1 ], P>=0 [ F s=3 ])");
+    judged_mix(&bound("0.5"), &[("1", "a", A)]).expect(0);
+    judged_mix(&bound("0.500001"), &[("1", "a", A)]).expect(1);
+    judged_mix(&bound("0.50000000000000000001"), &[("1", "a", A)]).expect(1);
+    let sure = "multi(P>=0 [ F s=1 ], P>=1 [ F s=3 ])";
+    judged_mix(sure, &[("0.999999", "c", C), ("0.000001", "a", A)]).expect(1);
+    judged_mix(sure, &[("1", "c", C), ("0", "a", A)]).expect(0);
+    judged_mix(&bound("0"), &[("1", "a", [0.5000000000000001, 0.0])]).expect(1);
+}
+
+#[test]
+fn memory_that_no_path_has_and_doubled_variables_are_refused() {
+    let memories: [(Edit, &str); 3] = [
+        (|m| m["strategies"][0]["nodes"][0]["decided"] = json!([0]), "`decided` and `steps`"),
+        (|m| m["strategies"][0]["nodes"][1]["steps"] = json!(77), "`decided` and `steps`"),
+        (
+            |m| {
+                let nodes = m["strategies"][0]["nodes"].as_array_mut().unwrap();
+                nodes.push(nodes[0].clone());
+            },
+            "`decided` and `steps`",
+        ),
+    ];
+    for (edit, condition) in memories {
+        for found in judged(edit) {
+            let found = found.expect(1).json();
+            assert!(found["violation"]["condition"].as_str().unwrap().contains(condition), "{found}");
+        }
+    }
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, [model, file]) = written(&scratch, PROPERTIES[0]);
+    let text = fs::read_to_string(&file).unwrap().replacen("\"x\": 0", "\"x\": 3, \"x\": 0", 1);
+    fs::write(&file, text).unwrap();
+    let found = verified(&model, &file).expect(3);
+    assert!(found.stderr.contains("the variable `x` occurs twice"), "{}", found.stderr);
 }

@@ -19,6 +19,7 @@ use crate::solvers::at_nodes::Vector;
 use crate::solvers::back::Back;
 use crate::solvers::groups::Entry;
 use crate::solvers::long_run::is_bottom;
+use crate::solvers::pairs::decided;
 use crate::solvers::reaching::{Collected, Reaching};
 use crate::solvers::sides::Sides;
 
@@ -38,6 +39,32 @@ pub enum NodeFault {
     Disabled(usize),
     /// The nodes after a choice are not those of its successors, or have other probabilities.
     Successors(usize),
+}
+
+/// Returns the first node whose memory is not that of all paths from the first node to it, or that no path visits, if there
+/// is one. Cost: linear.
+pub fn misremembered(objectives: &[(Counted<'_>, Optimum)], nodes: &[Node]) -> Option<usize> {
+    let within = objectives.iter().map(|(counted, _)| match counted {
+        Counted::Within(_, steps) => *steps,
+        _ => 0,
+    });
+    let (most, first) = (within.max().unwrap_or_default(), nodes.first()?);
+    let mut known = vec![false; nodes.len()];
+    let mut open = vec![(0, decided(objectives, first.state).0, 0)];
+    while let Some((at, bits, steps)) = open.pop() {
+        let Some(node) = nodes.get(at) else { continue };
+        if (node.decided, node.steps) != (bits, steps) {
+            return Some(at);
+        }
+        if std::mem::replace(&mut known[at], true) {
+            continue;
+        }
+        for (to, _) in node.choices.iter().flat_map(|taking| &taking.successors) {
+            let new = nodes.get(*to).map_or(0, |after| decided(objectives, after.state).0);
+            open.push((*to, bits | new, most.min(steps + 1)));
+        }
+    }
+    known.iter().position(|known| !known)
 }
 
 /// The number that a path counts from a node on, if the node decides it.

@@ -325,7 +325,7 @@ impl Pairs {
 }
 
 /// Returns the objectives that a state decides if none of the states before does, and those that it satisfies, as bits.
-pub(super) fn decided(objectives: &[(Counted<'_>, Optimum)], state: usize) -> (u32, u32) {
+pub(crate) fn decided(objectives: &[(Counted<'_>, Optimum)], state: usize) -> (u32, u32) {
     let (mut decided, mut satisfied) = (0, 0);
     for (at, (counted, _)) in objectives.iter().enumerate() {
         let (left, right, counts) = match counted {

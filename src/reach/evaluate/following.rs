@@ -13,9 +13,9 @@ use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Term, TermKind};
 use meliora_model::State;
 use meliora_quantities::equations::arena::Arena;
-use meliora_quantities::followed::{Followed, NodeFault};
+use meliora_quantities::followed::{Followed, NodeFault, misremembered};
 use meliora_quantities::path_values::Value;
-use meliora_quantities::several::{Counted, Node, Taking};
+use meliora_quantities::several::{Counted, Node};
 use meliora_quantities::{Bounds, Interval};
 
 /// The objectives of a property `multi(…)` in the only initial state.
@@ -26,8 +26,8 @@ pub struct Objectives<'m> {
     texts: Vec<String>,
 }
 
-/// A strategy of a file: the states that it visits, the start first, with the choices that it takes there.
-pub type Nodes = Vec<(State, Vec<Taking>)>;
+/// A strategy of a file: the states that it visits, the start first, with its memory and the choices that it takes there.
+pub type Nodes = Vec<(State, Node)>;
 
 /// A reason why a strategy is none of a model, with the state.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,6 +45,8 @@ pub enum StrategyFaultKind {
     Start,
     /// A state is not in the scope.
     Unknown,
+    /// The memory of a node is not that of the paths that lead to it, or no path leads to it.
+    Memory,
     /// A node is wrong.
     Node(NodeFault),
 }
@@ -54,6 +56,9 @@ impl fmt::Display for StrategyFaultKind {
         match self {
             StrategyFaultKind::Start => f.write_str("the strategy does not begin in the initial state"),
             StrategyFaultKind::Unknown => f.write_str("the model does not reach a state of the strategy"),
+            StrategyFaultKind::Memory => f.write_str(
+                "`decided` and `steps` of a node are not those of the paths of the strategy that lead to it",
+            ),
             StrategyFaultKind::Node(NodeFault::Open) => {
                 f.write_str("the strategy has no action in a state that it visits")
             }
@@ -115,11 +120,50 @@ impl Objectives<'_> {
         if self.read[at].optimum == Optimum::Max { value >= bound } else { value <= bound }
     }
 
-    /// Returns whether the mean of some strategies satisfies the bound of an objective, if it has one.
-    pub fn is_satisfied(&self, at: usize, mean: f64, slack: f64) -> bool {
-        let better = if self.read[at].optimum == Optimum::Max { mean + slack } else { mean - slack };
-        let bound = self.read[at].bound.as_ref();
-        bound.is_none_or(|bound| Ratio::from_float(better).is_some_and(|mean| self.reaches(at, &mean, bound)))
+    /// Returns whether some objective has a bound.
+    pub fn have_bounds(&self) -> bool {
+        self.read.iter().any(|own| own.bound.is_some())
+    }
+
+    /// Returns whether some objective asks for its best value.
+    pub fn are_open(&self) -> bool {
+        self.read.iter().any(|own| own.bound.is_none())
+    }
+
+    /// Returns whether the mean of strategies with these shares satisfies the bound of an objective, if it has one. Fractions
+    /// decide where bounds of their values do not.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn is_satisfied(&self, at: usize, all: &[(Ratio, &Following<'_>)]) -> Result<bool> {
+        let Some(bound) = &self.read[at].bound else { return Ok(true) };
+        let is_max = self.read[at].optimum == Optimum::Max;
+        let reaches = |mean: Option<Ratio>| mean.map_or(is_max, |mean| self.reaches(at, &mean, bound));
+        let drawn = || all.iter().filter(|(share, _)| *share != Ratio::default());
+        let mut found = Vec::new();
+        for (share, following) in drawn() {
+            found.push((share, following.value(at, false)?.interval()));
+        }
+        let mean = |side: fn(&Interval) -> f64| {
+            found.iter().map(|(share, own)| Some(Ratio::from_float(side(own))? * *share)).sum()
+        };
+        let (lower, upper) = (mean(|own| own.lower), mean(|own| own.upper));
+        let (worst, best) = if is_max { (lower, upper) } else { (upper, lower) };
+        match (reaches(worst), reaches(best)) {
+            (true, _) => return Ok(true),
+            (_, false) => return Ok(false),
+            (false, true) => {}
+        }
+        let mut mean = Some(Ratio::default());
+        for (share, following) in drawn() {
+            let own = match following.value(at, true)? {
+                Value::Finite(Bounds { exact: Some(exact), .. }) => Some(exact),
+                Value::Infinite => None,
+                Value::Finite(_) => return Ok(false),
+            };
+            mean = mean.zip(own).map(|(mean, own)| mean + own * share);
+        }
+        Ok(reaches(mean))
     }
 
     fn counted(&self, at: usize) -> Counted<'_> {
@@ -133,12 +177,12 @@ impl Objectives<'_> {
             return fault(state, StrategyFaultKind::Start);
         }
         let mut nodes = Vec::new();
-        for (state, choices) in strategy {
+        for (state, node) in strategy {
             let number = position(self.arena, state);
             if self.arena.state(number) != *state {
                 return fault(state, StrategyFaultKind::Unknown);
             }
-            nodes.push(Node { state: number, decided: 0, steps: 0, choices: choices.clone() });
+            nodes.push(Node { state: number, ..node.clone() });
         }
         Ok(nodes)
     }
@@ -151,12 +195,17 @@ impl Objectives<'_> {
         &'m self,
         nodes: &'m [Node],
     ) -> Result<std::result::Result<Following<'m>, StrategyFault>> {
-        let fault = |(at, kind): (usize, NodeFault)| {
-            let state = self.arena.state(nodes[at].state);
-            StrategyFault { state, kind: StrategyFaultKind::Node(kind) }
+        let fault = |at: usize, kind| StrategyFault { state: self.arena.state(nodes[at].state), kind };
+        let chain = match Followed::new(self.arena, nodes)? {
+            Ok(chain) => chain,
+            Err((at, kind)) => return Ok(Err(fault(at, StrategyFaultKind::Node(kind)))),
         };
-        let chain = Followed::new(self.arena, nodes)?;
-        Ok(chain.map(|chain| Following { objectives: self, chain }).map_err(fault))
+        let objectives: Vec<_> = self.read.iter().map(Read::objective).collect();
+        let objectives: Vec<_> = objectives.iter().map(|own| (own.counted, own.optimum)).collect();
+        Ok(match misremembered(&objectives, nodes) {
+            Some(at) => Err(fault(at, StrategyFaultKind::Memory)),
+            None => Ok(Following { objectives: self, chain }),
+        })
     }
 }
 
@@ -165,17 +214,14 @@ impl<'m> Following<'m> {
         self.chain.value(self.objectives.counted(at), self.objectives.read[at].negated, exact)
     }
 
-    /// Returns the value of an objective, and whether it is as good as a claimed one. Fractions decide if bounds do not; a
-    /// claim is rounded to the nearest double.
+    /// Returns the value of an objective, and whether it is as good as a claimed one. Fractions decide if bounds do not.
     ///
     /// # Errors
     /// A limit is reached.
-    pub fn attains(&self, at: usize, claimed: f64) -> Result<(Interval, bool)> {
+    pub fn attains(&self, at: usize, claim: &Ratio) -> Result<(Interval, bool)> {
         let is_max = self.objectives.read[at].optimum == Optimum::Max;
-        let claim = Ratio::from_float(if is_max { claimed.next_down() } else { claimed.next_up() });
-        let Some(claim) = claim else { return Ok((self.value(at, false)?.interval(), false)) };
         let reaches = |x: f64| match Ratio::from_float(x) {
-            Some(x) => self.objectives.reaches(at, &x, &claim),
+            Some(x) => self.objectives.reaches(at, &x, claim),
             None => is_max,
         };
         let found = self.value(at, false)?.interval();
@@ -185,7 +231,7 @@ impl<'m> Following<'m> {
             (_, false) => Ok((found, false)),
             (false, true) => match self.value(at, true)? {
                 Value::Finite(Bounds { exact: Some(exact), interval }) => {
-                    Ok((interval, self.objectives.reaches(at, &exact, &claim)))
+                    Ok((interval, self.objectives.reaches(at, &exact, claim)))
                 }
                 other => Ok((other.interval(), reaches(other.interval().lower))),
             },

@@ -26,6 +26,8 @@ enum Of {
 pub struct Mix {
     /// The strategies; those of a front have no shares.
     pub strategies: Vec<MixedStrategy>,
+    /// For each objective, whether it is to be great.
+    pub great: Vec<bool>,
 }
 
 /// A strategy of a mix.
@@ -155,7 +157,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 nodes: part.nodes.into_iter().map(|node| (arena.state(node.state), node)).collect(),
             }
         };
-        Ok(Mix { strategies: parts.into_iter().map(strategy).collect() })
+        let great = read.iter().map(|own| own.optimum == Optimum::Max).collect();
+        Ok(Mix { strategies: parts.into_iter().map(strategy).collect(), great })
     }
 
     /// Reads the objectives.
