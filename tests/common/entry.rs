@@ -300,8 +300,26 @@ pub fn shield(bytes: &[u8]) {
     });
 }
 
-/// Checks that permitted steps from secure nodes enter secure nodes, and weaken nothing.
+/// Checks that permitted steps from secure nodes enter secure nodes, and weaken nothing; that nodes of one state agree; and
+/// that sure improvements and the objectives of `achieve` are not given up.
 fn promised(shield: &Shield) {
+    for node in &shield.nodes {
+        for other in shield.nodes.iter().filter(|other| other.state == node.state) {
+            assert_eq!((node.class, node.theirs), (other.class, other.theirs), "{node:?}");
+            assert_eq!(node.actions.len(), other.actions.len(), "{node:?}");
+        }
+        for next in
+            node.actions.iter().filter(|a| a.permitted).flat_map(|a| &a.next).map(|&to| &shield.nodes[to])
+        {
+            let [k, left] = [node, next].map(|node| node.ahead.unwrap_or(usize::MAX));
+            let is_improved = next.class != Some(node.reference);
+            let is_lost = left < k && (left + 1 < k || !is_improved);
+            assert!(shield.kind == "spi" || !is_lost, "{node:?}");
+            let changes =
+                !next.pursues.is_empty() && next.pursues != node.pursues && !node.pursues.is_empty();
+            assert!(shield.kind != "achieve" || !changes, "{node:?}");
+        }
+    }
     for node in shield.nodes.iter().filter(|node| node.secure) {
         for action in node.actions.iter().filter(|action| action.permitted) {
             for next in action.next.iter().map(|&to| &shield.nodes[to]) {

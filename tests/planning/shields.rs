@@ -422,3 +422,66 @@ fn a_table_that_gives_up_what_it_pursues_is_refused() {
     }
     assert!(refused > 20, "{refused}");
 }
+
+/// Returns the table with one node more: a second one for the state of another node.
+fn doubled(state: i64, change: impl Fn(&mut Json)) -> String {
+    refused_after(|table| {
+        let (zero, own, new) = (at(table, 0), at(table, state), table["nodes"].as_array().unwrap().len());
+        let mut node = table["nodes"][own].clone();
+        change(&mut node);
+        table["nodes"].as_array_mut().unwrap().push(node);
+        let go = action(table, zero, "go");
+        for to in table["nodes"][zero]["actions"][go]["next"].as_array_mut().unwrap() {
+            if *to == own {
+                *to = new.into();
+            }
+        }
+    })
+}
+
+#[test]
+fn nodes_of_one_state_that_contradict_each_other_are_refused() {
+    assert_eq!(doubled(1, |_| {}), "");
+    let other_class = doubled(1, |node| node["class"] = 0.into());
+    assert!(other_class.contains("has another class or other steps"), "{other_class}");
+    let other_steps = doubled(1, |node| node["actions"][0]["next"] = json!([3]));
+    assert!(other_steps.contains("has another class or other steps"), "{other_steps}");
+    let without = doubled(1, |node| drop(node["actions"].as_array_mut().unwrap().pop()));
+    assert!(without.contains("has another class or other steps"), "{without}");
+    let theirs = doubled(3, |node| node["theirs"] = true.into());
+    assert!(theirs.contains("has another owner or other steps"), "{theirs}");
+}
+
+/// From 0, `go` may miss A.
+#[test]
+fn a_shield_of_possible_improvements_is_none_of_sure_ones() {
+    let model =
+        "mdp module m s : [0..2] init 0; [go] s=0 -> 1/2:(s'=1) + 1/2:(s'=2); [end] s>0 -> true; endmodule";
+    let explored = Model::parse(model, "").unwrap().explore(Settings::default()).unwrap();
+    let mut analysis =
+        explored.prefer(&SourceFile::new("wishes", "objective A = F s=1;"), Options::default()).unwrap();
+    analysis.run(&mut |_| ()).unwrap();
+    let mut shield = Shield::new(&mut analysis.strategy(Kind::Spi).unwrap(), 1000).unwrap();
+    assert_eq!(shield.fault(), None);
+    for kind in ["sasi", "plan"] {
+        shield.kind = kind.to_owned();
+        let fault = shield.fault().unwrap();
+        assert!(
+            fault.ends_with("after the permitted action `go`, fewer improvements may be ahead without one"),
+            "{fault}"
+        );
+    }
+}
+
+#[test]
+fn the_objective_of_achieve_does_not_change_on_the_way() {
+    let analysis = analysed(3, Safety::Action);
+    let mut strategy = analysis.strategy_of(StrategyKind::Achieve, Choose::First, Some("A")).unwrap();
+    let mut shield = Shield::new(&mut strategy, 1000).unwrap();
+    assert_eq!(shield.fault(), None);
+    let pursuing: Vec<usize> =
+        (0..shield.nodes.len()).filter(|&v| !shield.nodes[v].pursues.is_empty()).collect();
+    assert!(pursuing.len() > 1);
+    shield.nodes[pursuing[1]].pursues = vec!["B".to_owned()];
+    assert!(shield.fault().unwrap().contains("pursues other objectives"), "{:?}", shield.fault());
+}

@@ -11,6 +11,7 @@ use std::hash::Hash;
 use ahash::{AHashMap, AHashSet};
 
 use super::{Shield, ShieldAction, ShieldNode, ShieldVariable, safe_modes};
+use crate::analysis::levels::Kind;
 use crate::{Safety, StrategyKind};
 use meliora_base::error::ensure;
 
@@ -30,11 +31,14 @@ impl Shield {
     ///
     /// The kind and the safety mode exist, no name, class, start state or action of a node occurs
     /// twice, and numbers are in range. Every action has a successor, and the state of a successor
-    /// tells its node. References are those of the safety mode. Permitted steps of secure nodes enter
-    /// secure nodes and weaken nothing. From nodes with improvements ahead, permitted steps can make
-    /// the next one, and from nodes that pursue objectives they keep and can achieve them. In a node of
-    /// the opponent all actions are permitted, and each of them leads on. Cost: linear in the size of the
-    /// table, up to the number of actions of a node.
+    /// tells its node. Nodes of one state have its class, owner and steps. References are those of the
+    /// safety mode. Permitted steps of secure nodes enter secure nodes and weaken nothing.
+    ///
+    /// From nodes with improvements ahead, permitted steps can make the next one; if improvements are
+    /// sure, each of them does, or leaves as many ahead. A strategy of the kind `achieve` pursues the same
+    /// objectives everywhere. From nodes that pursue objectives, permitted steps keep and can achieve them.
+    /// In a node of the opponent all actions are permitted, and each of them leads on. Cost: linear in the
+    /// size of the table, up to the number of actions of a node.
     pub fn fault(&self) -> Option<String> {
         self.check().err()
     }
@@ -52,9 +56,14 @@ impl Shield {
         }
         self.each(Self::check_numbers)?;
         self.each(Self::check_successors)?;
+        self.check_agreement()?;
         self.each(Self::check_reference)?;
         self.each(Self::check_promise)?;
         self.check_progress()?;
+        if self.is_sure() {
+            self.each(Self::check_sure)?;
+        }
+        self.check_aims()?;
         self.check_pursuit()
     }
 
@@ -167,6 +176,40 @@ impl Shield {
         Ok(())
     }
 
+    /// Checks that nodes of one state, which differ in memory, have its class, its owner and its steps. The steps do not
+    /// depend on monitors, either.
+    fn check_agreement(&self) -> Check {
+        let (mut of_state, mut of_seen) = (AHashMap::new(), AHashMap::new());
+        for v in 0..self.nodes.len() {
+            let node = &self.nodes[v];
+            let other = *of_state.entry(node.state.clone()).or_insert(v);
+            let is_same = node.class == self.nodes[other].class;
+            ensure(is_same && self.steps(v, false) == self.steps(other, false), || {
+                self.at(v, &format!("the node {other} of the same state has another class or other steps"))
+            })?;
+            let other = *of_seen.entry(self.seen(v)).or_insert(v);
+            let is_same = node.theirs == self.nodes[other].theirs;
+            ensure(is_same && self.steps(v, true) == self.steps(other, true), || {
+                self.at(v, &format!("the node {other} of the same state has another owner or other steps"))
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Returns the actions of a node with the states that they enter, in an order: all values, or those that are seen.
+    fn steps(&self, v: usize, only_seen: bool) -> Vec<(usize, Vec<Vec<i64>>)> {
+        let state = |&to: &usize| if only_seen { self.seen(to) } else { self.nodes[to].state.clone() };
+        let step = |action: &ShieldAction| {
+            let mut next: Vec<Vec<i64>> = action.next.iter().map(state).collect();
+            next.sort_unstable();
+            next.dedup();
+            (action.action, next)
+        };
+        let mut steps: Vec<_> = self.nodes[v].actions.iter().map(step).collect();
+        steps.sort_unstable();
+        steps
+    }
+
     /// Returns the values of a node's state that an agent knows: without those of monitors.
     fn seen(&self, v: usize) -> Vec<i64> {
         let values = self.variables.iter().zip(&self.nodes[v].state);
@@ -233,6 +276,36 @@ impl Shield {
                 "improvements are ahead, but permitted steps cannot make the next one".to_owned()
             })
         })
+    }
+
+    /// Returns whether improvements that are ahead are promised to be almost sure.
+    fn is_sure(&self) -> bool {
+        StrategyKind::ALL.iter().any(|kind| kind.name() == self.kind && kind.levels() == Kind::Sasi)
+    }
+
+    /// Checks that where improvements are ahead, each permitted step makes the next one, or leaves as many ahead.
+    fn check_sure(&self, v: usize) -> Check {
+        let node = &self.nodes[v];
+        let goes_on = |&to: &usize| {
+            let next = &self.nodes[to];
+            node.ahead == next.ahead || self.is_next_improvement(node, next)
+        };
+        let mut permitted = node.actions.iter().filter(|action| action.permitted && node.ahead != Some(0));
+        let lost = permitted.find(|action| !action.next.iter().all(goes_on));
+        lost.map_or(Ok(()), |action| {
+            let name = self.name(action);
+            Err(format!("after the permitted action `{name}`, fewer improvements may be ahead without one"))
+        })
+    }
+
+    /// Checks that a strategy of the kind `achieve` pursues the same objectives everywhere.
+    fn check_aims(&self) -> Check {
+        let mut pursuing = (0..self.nodes.len()).filter(|&v| !self.nodes[v].pursues.is_empty());
+        let Some(first) = pursuing.next().filter(|_| self.kind == StrategyKind::Achieve.name()) else {
+            return Ok(());
+        };
+        let other = pursuing.find(|&v| self.nodes[v].pursues != self.nodes[first].pursues);
+        other.map_or(Ok(()), |v| Err(self.at(v, &format!("the node {first} pursues other objectives"))))
     }
 
     /// Checks that from each node that pursues objectives, permitted steps lead to nodes that do so,
