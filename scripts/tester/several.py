@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from reference.model import explore
 from reference.several import Infinite, Several, TooLarge
+from tester import mixed
 from tester.nested import compare
 from tester.program import Refused, key
 
@@ -89,23 +90,26 @@ def mixes(context, known, question):
         if "rewards that end" not in str(error):
             raise
         return
-    found = json.loads(file.read_text())["strategies"] if file.exists() else []
+    found = mixed.read(file.read_text())["strategies"] if file.exists() else []
     if answer in (True, [math.inf]) and not found:
         context.same(f"strategies of {written}", answer, [math.inf])
         return
     context.case.features.add("a mix of strategies" if len(found) > 1 else "one of several strategies")
     mdp, means = known.mdp, [0, 0]
     numbers = {key(context.source.named(values)): state for state, values in enumerate(mdp.values)}
+    followed = []
     for strategy in found:
         nodes = [nodes_of(context, mdp, numbers, strategy["nodes"], node) for node in strategy["nodes"]]
         values = known.followed(nodes)
+        followed.append((values, [state for state, _ in nodes]))
         for at, (value, claimed) in enumerate(zip(values, strategy["values"])):
-            kept = known.sign(at) * value >= known.sign(at) * claimed - CLOSE
+            kept = known.sign(at) * value >= known.sign(at) * Fraction(claimed)
             context.same(f"value {at} of a strategy of {written}", "", "" if kept else f"{value} for {claimed}")
-            means[at] += value * strategy["share"]
+            means[at] += value * Fraction(strategy["share"])
     if found:
         from_file(context, file, written, means)
-    context.same(f"shares of {written}", True, abs(sum(s["share"] for s in found) - 1) < CLOSE)
+        mixed.changed(context, known, file, followed, answer is True)
+    context.same(f"shares of {written}", 1, sum(Fraction(s["share"]) for s in found))
     bounds = [known.objectives[0][3] if answer is True else answer[0], known.objectives[1][3]]
     for at, (mean, bound) in enumerate(zip(means, bounds)):
         reached = known.sign(at) * mean >= known.sign(at) * bound - 2 * CLOSE
@@ -126,7 +130,8 @@ def from_file(context, file, written, means):
     text = json.loads(file.read_text())
     for at, sign in enumerate((1 if "max=?" in o or ">=" in o.split("[")[0] else -1) for o in objectives_of(runs)):
         wrong = json.loads(json.dumps(text))
-        wrong["strategies"][0]["values"][at] += sign * 0.001
+        claims = wrong["strategies"][0]["values"]
+        claims[at] = str(Fraction(claims[at]) + sign * Fraction(1, 1000))
         other = file.with_name("wrong.json")
         other.write_text(json.dumps(wrong))
         status, out, _ = program.run("verify", other, program.model, "--json")

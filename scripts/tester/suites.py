@@ -12,6 +12,7 @@ from tester import (
     package,
     pages,
     places,
+    policies,
     promises,
     pursuits,
     questions,
@@ -30,6 +31,6 @@ from tester import (
 
 GROUPS = (
     *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
-    *(stopping, sweeps, places, lists, nested, several, exchange, names, wild, pages, refusals, package, tasks),
+    *(stopping, sweeps, places, lists, nested, several, exchange, names, wild, pages, refusals, package, tasks, policies),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -4,6 +4,7 @@ import json
 import random
 
 from reference import planning
+from tester import policies
 
 MOST = 400
 OBJECTS = ("a", "b", "c")
@@ -97,6 +98,12 @@ def tasks(context):
     policy = folder / "policy.json"
     report = context.program.ask("reach", *paths, "--policy", policy, *engine, allowed=(0, 1))
     context.same("a strong cyclic plan of a task", reference.initial in cyclic, report["plan"]["strong_cyclic"])
+    changing = {fact for state in known for fact in state} - frozenset.intersection(*known)
+    atoms = {state: set(map(planning.show, state)) for state in known}
+    steps = {state: list(own.items()) or [("deadlock", {state})] for state, own in known.items()}
+    world = policies.World([reference.initial], goal, steps, atoms, sorted(map(planning.show, changing)), False)
+    if len(known) <= policies.MOST_STATES:
+        policies.compare(context, world, paths, ["--target", '"goal"'])
     if reference.initial in cyclic:
         entries = [(entry["state"], entry["action"]) for entry in json.loads(policy.read_text())]
         context.same("the policy of a task is a plan", True, planning.is_plan(reference, entries))

@@ -13,6 +13,7 @@ from tester import (
     lists,
     pages,
     places,
+    policies,
     promises,
     pursuits,
     questions,
@@ -27,12 +28,12 @@ from tester.names import LABELS, UNQUOTED, WORDS, names_for
 from tester.program import Program
 
 # Not all checks can be asked: each case takes some.
-GROUPS = (checks, promises, pursuits, induced, valued, questions, tables, whole, together, places, dumps, pages)
+GROUPS = (checks, promises, pursuits, induced, valued, questions, tables, whole, together, places, dumps, pages, policies)
 AGAIN = {name: check for group in GROUPS for name, check in group.ALL.items()}
 AGAIN |= {"reach": regions.reach, "jointly": regions.together, "compare": regions.compare}
 AGAIN |= {"property_files": lists.property_files}
 ACTIONS = sorted(WORDS - {"m#1", "deadlock"})  # so choices without an action and self-loops are called
-FIRST, SOME = ("model", "check", "initial"), 3
+FIRST, SOME = ("model", "check", "initial", "policies"), 3
 
 
 class Wild(Program):
