@@ -1,6 +1,7 @@
 """Planning problems in PDDL by their definitions: states are sets of facts, actions are instantiated in each state."""
 
 import itertools
+import math
 import re
 from fractions import Fraction
 
@@ -118,6 +119,21 @@ class Problem:
             return some if sure else [*some, []]
         added = head != "not"
         return [[(conditions, added, ground(effect if added else parts[0], values))]]
+
+    def breadth(self, effect=None):
+        """At least the number of combinations of alternatives of an effect; by default, of any action."""
+        if effect is None:
+            return max(self.breadth(effect) for *_, effect in self.actions)
+        head, *parts = effect or ["and"]
+        if head == "and":
+            return math.prod(self.breadth(part) for part in parts)
+        if head == "oneof":
+            return sum(self.breadth(part) for part in parts)
+        if head == "when":
+            return self.breadth(parts[1])
+        if head == "forall":
+            return self.breadth(parts[1]) ** sum(1 for _ in self.bindings(typed(parts[0])))
+        return 1 + sum(self.breadth(part) for part in parts[1::2]) if head == "probabilistic" else 1
 
     def steps(self, state):
         """The applicable actions by name, each with its set of successors."""

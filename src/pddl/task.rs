@@ -59,13 +59,17 @@ pub(crate) enum Condition {
 }
 
 impl Condition {
-    /// Returns the condition with objects in place of the first variables.
-    pub(crate) fn with(&self, values: &[Object]) -> Condition {
+    /// Returns the condition with terms in place of its free variables, the first `free.len()` ones. Its
+    /// quantified variables are numbered again, from `next` on: a condition is evaluated with values for
+    /// the variables below `next`, and each quantifier adds the values of its own after them.
+    pub(crate) fn with(&self, free: &[Term], next: usize) -> Condition {
         let term = |term: &Term| match *term {
-            Term::Variable(at) if at < values.len() => Term::Object(values[at]),
-            other => other,
+            Term::Variable(at) if at < free.len() => free[at],
+            Term::Variable(at) => Term::Variable(at - free.len() + next),
+            object @ Term::Object(_) => object,
         };
-        let all = |all: &[Condition]| all.iter().map(|inner| inner.with(values)).collect();
+        let all = |all: &[Condition]| all.iter().map(|inner| inner.with(free, next)).collect();
+        let inside = |inner: &Condition| Box::new(inner.with(free, next));
         match self {
             Condition::Literal(atom, is_positive) => {
                 let arguments = atom.arguments.iter().map(term).collect();
@@ -76,8 +80,8 @@ impl Condition {
             }
             Condition::And(inner) => Condition::And(all(inner)),
             Condition::Or(inner) => Condition::Or(all(inner)),
-            Condition::All(domains, inner) => Condition::All(domains.clone(), Box::new(inner.with(values))),
-            Condition::Some(domains, inner) => Condition::Some(domains.clone(), Box::new(inner.with(values))),
+            Condition::All(domains, inner) => Condition::All(domains.clone(), inside(inner)),
+            Condition::Some(domains, inner) => Condition::Some(domains.clone(), inside(inner)),
         }
     }
 }

@@ -128,8 +128,10 @@ impl Checker {
         self.named(sections.domain, ":types", |c, parts, _| c.declare_types(parts));
         self.named(sections.domain, ":constants", |c, parts, _| c.declare_objects(parts));
         self.named(sections.problem, ":objects", |c, parts, _| c.declare_objects(parts));
-        self.declare_implied(sections.domain);
-        self.named(sections.domain, ":predicates", |c, parts, _| c.declare_predicates(parts));
+        let mut declared = Vec::new();
+        self.named(sections.domain, ":predicates", |c, parts, _| c.read_predicates(parts, &mut declared));
+        self.declare_implied(sections.domain, &declared);
+        self.add_predicates(declared);
         self.named(sections.domain, ":functions", |c, parts, _| c.declare_functions(parts));
         self.named(sections.domain, ":derived", |c, parts, _| c.declare_derived(parts));
         self.named(sections.domain, ":action", |c, parts, node| c.action(parts, node));

@@ -55,6 +55,14 @@ impl Types {
     }
 }
 
+/// A predicate as it is declared: its name in small letters and as it is written, and the types of its
+/// parameters.
+pub(super) struct Declared {
+    pub(super) name: String,
+    shown: String,
+    pub(super) parameters: Vec<Vec<String>>,
+}
+
 impl Checker {
     /// Declares types; those after `-` are declared as well.
     pub(super) fn declare_types(&mut self, parts: &[Node]) {
@@ -96,7 +104,8 @@ impl Checker {
         self.types.of_object.push(of);
     }
 
-    pub(super) fn declare_predicates(&mut self, parts: &[Node]) {
+    /// Reads the declarations of predicates.
+    pub(super) fn read_predicates(&mut self, parts: &[Node], declared: &mut Vec<Declared>) {
         for node in parts {
             let (Some((name, parameters)), Some(first)) =
                 (node.form(), node.list().and_then(<[Node]>::first))
@@ -104,25 +113,44 @@ impl Checker {
                 self.report::<()>(node.expected("a predicate such as `(at ?x - place)`"));
                 continue;
             };
-            let parameters = self.variables(parameters).into_iter().map(|(_, domain)| domain).collect();
-            let shown = first.text().to_owned();
-            let predicate = Predicate { name: shown, parameters, is_derived: false, is_changed: false };
-            if self.predicate_of.insert(name.to_owned(), self.predicates.len()).is_some() {
+            if declared.iter().any(|known| known.name == name) {
                 self.report::<()>(first.wrong(format!("the predicate `{name}` is declared twice")));
             }
+            let parameters = self.typed_variables(parameters).into_iter().map(|(_, of)| of).collect();
+            declared.push(Declared { name: name.to_owned(), shown: first.text().to_owned(), parameters });
+        }
+    }
+
+    /// Adds predicates, once all objects are known.
+    pub(super) fn add_predicates(&mut self, declared: Vec<Declared>) {
+        self.types.known.clear();
+        for Declared { name, shown, parameters } in declared {
+            let parameters = parameters.iter().map(|of| self.types.domain(of)).collect();
+            self.predicate_of.insert(name, self.predicates.len());
+            let predicate = Predicate { name: shown, parameters, is_derived: false, is_changed: false };
             self.predicates.push(predicate);
         }
     }
 
     /// Reads `?x ?y - t`: names of variables, in small letters, with their domains.
     pub(super) fn variables(&mut self, parts: &[Node]) -> Vec<(String, Arc<Domain>)> {
-        let mut variables = Vec::new();
+        let variables = self.typed_variables(parts).into_iter();
+        variables
+            .map(|(node, of)| (node.word().unwrap_or_default().to_owned(), self.types.domain(&of)))
+            .collect()
+    }
+
+    /// Reads `?x ?y - t`: the variables with the names of their types.
+    fn typed_variables<'n>(&mut self, parts: &'n [Node]) -> Vec<(&'n Node, Vec<String>)> {
+        let mut variables: Vec<(&Node, Vec<String>)> = Vec::new();
         for (node, of) in self.typed_list(parts) {
+            let of = self.types_of(of);
             match node.word() {
-                Some(name) if name.starts_with('?') => {
-                    let of = self.types_of(of);
-                    variables.push((name.to_owned(), self.types.domain(&of)));
+                Some(name) if variables.iter().any(|(known, _)| known.word() == Some(name)) => {
+                    let wrong = node.wrong(format!("the variable `{name}` stands twice in this list"));
+                    self.report::<()>(wrong.help("give each variable a name of its own"));
                 }
+                Some(name) if name.starts_with('?') => variables.push((node, of)),
                 _ => {
                     let wrong = node.expected("a variable such as `?x`");
                     self.report::<()>(wrong.help("the names of variables begin with `?`"));

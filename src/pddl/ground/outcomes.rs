@@ -7,7 +7,7 @@ use num_traits::{One, Zero};
 
 use super::GroundAtom;
 use super::reach::every;
-use crate::task::{Condition, Effect, Object};
+use crate::task::{Condition, Effect, Object, Term};
 use meliora_base::exact::Ratio;
 
 /// Maximum number of outcomes of an action. Combinations of alternatives multiply, so a short text can
@@ -19,7 +19,7 @@ pub(super) const MOST_OUTCOMES: usize = 1 << 16;
 pub(super) struct Change {
     pub(super) atom: GroundAtom,
     pub(super) is_added: bool,
-    /// Shared by all changes under them.
+    /// Without free variables, their quantified ones numbered from 0. Shared by all changes under them.
     pub(super) conditions: Rc<Vec<Condition>>,
 }
 
@@ -54,7 +54,8 @@ impl Outcomes {
             }
             Effect::When(condition, inner) => {
                 let mut both = Vec::clone(conditions);
-                match condition.with(values) {
+                let objects: Vec<Term> = values.iter().copied().map(Term::Object).collect();
+                match condition.with(&objects, 0) {
                     Condition::And(parts) => both.extend(parts),
                     other => both.push(other),
                 }

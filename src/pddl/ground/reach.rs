@@ -8,7 +8,7 @@ use ahash::{AHashMap, AHashSet};
 use super::database::{Key, Relation};
 use super::join::{Plan, Rule};
 use super::{Atoms, GroundAtom, Meaning};
-use crate::task::{Atom, Condition, Domain, Effect, Object, Task, Term};
+use crate::task::{Action, Atom, Condition, Domain, Effect, Object, Task, Term};
 use meliora_base::error::Result;
 use meliora_base::progress::{Poll, ProgressSink};
 
@@ -69,8 +69,7 @@ impl Reached {
         let mut poll = Poll::new(sink);
         let mut deleted = AHashSet::new();
         for (number, action) in task.actions.iter().enumerate() {
-            let mut literals = Vec::new();
-            changes(&action.effect, &mut action.parameters.clone(), &mut Vec::new(), &mut literals);
+            let mut literals = changes(action);
             literals.retain(|change| !change.is_added);
             // Many deletions may be of the same atom, under conditions that do not matter here.
             literals.sort_unstable_by(|x, y| (&x.atom, &x.variables).cmp(&(&y.atom, &y.variables)));
@@ -249,23 +248,23 @@ pub(super) struct Change {
     pub(super) is_added: bool,
     /// The variables after the parameters of the action.
     pub(super) variables: Vec<Arc<Domain>>,
+    /// Their quantified variables are numbered after the parameters and the variables.
     pub(super) conditions: Vec<Condition>,
 }
 
-/// Lists the changes of an effect; `scope` are the variables around it, the first ones of an action.
-pub(super) fn changes(
-    effect: &Effect,
-    scope: &mut Vec<Arc<Domain>>,
-    conditions: &mut Vec<Condition>,
-    all: &mut Vec<Change>,
-) {
-    listed(effect, (scope.len(), scope), conditions, all);
+/// Lists the changes of an effect of an action.
+pub(super) fn changes(action: &Action) -> Vec<Change> {
+    let mut all = Vec::new();
+    listed(&action.effect, (action.parameters.len(), &mut Vec::new()), &mut Vec::new(), &mut all);
+    all
 }
 
-fn listed(
-    effect: &Effect,
+/// Lists the changes of a part of an effect; `conditions` are those around it, each with the number of the
+/// variables around it.
+fn listed<'e>(
+    effect: &'e Effect,
     (parameters, scope): (usize, &mut Vec<Arc<Domain>>),
-    conditions: &mut Vec<Condition>,
+    conditions: &mut Vec<(usize, &'e Condition)>,
     all: &mut Vec<Change>,
 ) {
     match effect {
@@ -275,14 +274,20 @@ fn listed(
         Effect::Probably(parts) => {
             parts.iter().for_each(|(_, part)| listed(part, (parameters, scope), conditions, all));
         }
-        Effect::Literal(atom, is_added) => all.push(Change {
-            atom: atom.clone(),
-            is_added: *is_added,
-            variables: scope[parameters..].to_vec(),
-            conditions: conditions.clone(),
-        }),
+        Effect::Literal(atom, is_added) => {
+            let variables: Vec<Term> = (0..parameters + scope.len()).map(Term::Variable).collect();
+            let placed = |(free, condition): &(usize, &Condition)| {
+                condition.with(&variables[..*free], variables.len())
+            };
+            all.push(Change {
+                atom: atom.clone(),
+                is_added: *is_added,
+                variables: scope.clone(),
+                conditions: conditions.iter().map(placed).collect(),
+            });
+        }
         Effect::When(condition, inner) => {
-            conditions.push(condition.clone());
+            conditions.push((parameters + scope.len(), condition));
             listed(inner, (parameters, scope), conditions, all);
             conditions.pop();
         }
@@ -302,9 +307,7 @@ fn rules(task: &Task) -> Vec<Rule> {
         let arguments: Vec<Term> = (0..action.parameters.len()).map(Term::Variable).collect();
         let applicable = Atom { predicate: task.predicates.len() + number, arguments };
         rules.push(rule(task, applicable.clone(), &action.parameters, [&action.precondition], Vec::new()));
-        let mut all = Vec::new();
-        changes(&action.effect, &mut action.parameters.clone(), &mut Vec::new(), &mut all);
-        for change in all.into_iter().filter(|change| change.is_added) {
+        for change in changes(action).into_iter().filter(|change| change.is_added) {
             let variables: Vec<_> = action.parameters.iter().chain(&change.variables).cloned().collect();
             let body = vec![applicable.clone()];
             rules.push(rule(task, change.atom, &variables, &change.conditions, body));

@@ -81,7 +81,7 @@ fn facts(program: &Program, values: &[i64]) -> BTreeSet<String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
 
     #[test]
     fn programs_have_the_states_and_steps_of_the_definitions(bytes in prop::collection::vec(any::<u8>(), 0..120)) {

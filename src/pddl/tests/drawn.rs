@@ -8,8 +8,8 @@ use meliora_base::exact::Ratio;
 pub(super) type Atom = (&'static str, Vec<usize>);
 /// A state: the atoms that hold.
 pub(super) type State = BTreeSet<Atom>;
-/// An outcome: conditions as ground text, and the literals that they guard.
-type Outcome = BTreeSet<(BTreeSet<String>, bool, Atom)>;
+/// An outcome: conditions, and the literals that they guard.
+type Outcome = BTreeSet<(BTreeSet<Closed>, bool, Atom)>;
 
 const OBJECTS: [&str; 3] = ["a", "b", "c"];
 /// The types, each with its objects; the last two are written `object` and `(either s t)`.
@@ -50,10 +50,22 @@ enum Cond {
 enum Eff {
     And(Vec<Eff>),
     Atom(&'static str, Vec<usize>, bool),
-    When(Vec<Cond>, Box<Eff>),
+    When(Cond, Box<Eff>),
     All(usize, Box<Eff>),
     OneOf(Vec<Eff>),
     Probably(Vec<(u32, Eff)>),
+}
+
+/// A condition of an outcome, whose free variables have values. Equal ones are the same condition, whatever
+/// the names of their variables: those of quantifiers are numbered after the objects, from the outside.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum Closed {
+    Atom(&'static str, Vec<usize>, bool),
+    Equal(usize, usize, bool),
+    And(Vec<Closed>),
+    Or(Vec<Closed>),
+    All(usize, Box<Closed>),
+    Some(usize, Box<Closed>),
 }
 
 #[derive(Debug, Clone)]
@@ -118,7 +130,7 @@ fn effect(tape: &mut Tape<'_>, depth: usize, has_numbers: bool) -> Eff {
     match tape.below(if depth == 0 { 1 } else { 6 }) {
         0 | 1 => literal(tape),
         2 => Eff::And(tape.many(3, inner)),
-        3 => Eff::When(tape.many(2, |tape| condition(tape, 0, true)), Box::new(inner(tape))),
+        3 => Eff::When(condition(tape, depth.min(2), true), Box::new(inner(tape))),
         4 => Eff::All(tape.below(TYPES.len()), Box::new(inner(tape))),
         _ if has_numbers => Eff::Probably(tape.many(2, |tape| (1 + tape.below(5) as u32, inner(tape)))),
         _ => {
@@ -255,8 +267,8 @@ fn tuples(types: &[usize]) -> Vec<Vec<usize>> {
 fn successors(effect: &Eff, values: &[usize], state: &State, all: &State) -> BTreeMap<State, Ratio> {
     let mut successors = BTreeMap::new();
     for (probability, outcome) in effect.outcomes(values) {
-        let applies = |(conditions, added, atom): &(BTreeSet<String>, bool, Atom)| {
-            conditions.iter().all(|text| ground_holds(text, all)).then(|| (*added, atom.clone()))
+        let applies = |(conditions, added, atom): &(BTreeSet<Closed>, bool, Atom)| {
+            conditions.iter().all(|c| c.holds(all, &mut Vec::new())).then(|| (*added, atom.clone()))
         };
         let applied: Vec<(bool, Atom)> = outcome.iter().filter_map(applies).collect();
         let mut next = state.clone();
@@ -267,17 +279,6 @@ fn successors(effect: &Eff, values: &[usize], state: &State, all: &State) -> BTr
         *successors.entry(next).or_insert_with(|| Ratio::new(0.into(), 1.into())) += probability;
     }
     successors
-}
-
-/// Evaluates a ground atom or equation as text, such as `(at a b)`.
-fn ground_holds(text: &str, state: &State) -> bool {
-    let words: Vec<&str> = text.trim_matches(['(', ')']).split(' ').collect();
-    if words[0] == "=" {
-        return words[1] == words[2];
-    }
-    let objects: Vec<usize> =
-        words[1..].iter().map(|word| OBJECTS.iter().position(|o| o == word).unwrap()).collect();
-    state.iter().any(|(name, of)| *name == words[0] && *of == objects)
 }
 
 impl Cond {
@@ -318,15 +319,69 @@ impl Cond {
         self.holds(state, &mut scope.iter().copied().chain([object]).collect())
     }
 
-    /// Returns an atom or an equation with objects for all variables.
-    fn ground(&self, values: &[usize]) -> String {
-        let shown = |x: &usize| format!(" {}", OBJECTS[object(*x, values)]);
+    /// Returns the condition, or its negation, under values of the variables; `inner` quantifiers are open.
+    fn closed(&self, values: &[usize], inner: usize, is_positive: bool) -> Closed {
+        let number = |argument: usize| match argument % (values.len() + inner + OBJECTS.len()) {
+            at if at < values.len() => values[at],
+            at if at < values.len() + inner => at - values.len() + OBJECTS.len(),
+            at => at - values.len() - inner,
+        };
+        let each = |all: &[Cond]| all.iter().map(|c| c.closed(values, inner, is_positive)).collect();
+        let under = |c: &Cond| Box::new(c.closed(values, inner + 1, is_positive));
+        // `object` and `(either s t)` are the same objects.
+        let of = |of: usize| of.min(2);
         match self {
             Cond::Atom(name, arguments) => {
-                format!("({name}{})", arguments.iter().map(shown).collect::<String>())
+                Closed::Atom(name, arguments.iter().map(|&x| number(x)).collect(), is_positive)
             }
-            Cond::Equal(x, y) => format!("(={}{})", shown(x), shown(y)),
-            _ => unreachable!("conditions of effects are atoms and equations"),
+            Cond::Equal(x, y) => Closed::Equal(number(*x), number(*y), is_positive),
+            Cond::Not(c) => c.closed(values, inner, !is_positive),
+            Cond::And(all) => Closed::join(is_positive, each(all)),
+            Cond::Or(all) => Closed::join(!is_positive, each(all)),
+            Cond::Imply(x, y) => {
+                let parts = vec![x.closed(values, inner, !is_positive), y.closed(values, inner, is_positive)];
+                Closed::join(!is_positive, parts)
+            }
+            Cond::All(t, c) if is_positive => Closed::All(of(*t), under(c)),
+            Cond::Some(t, c) if !is_positive => Closed::All(of(*t), under(c)),
+            Cond::All(t, c) | Cond::Some(t, c) => Closed::Some(of(*t), under(c)),
+        }
+    }
+}
+
+impl Closed {
+    /// Returns a conjunction or a disjunction, of which the parts of the same kind are parts themselves.
+    fn join(is_and: bool, parts: Vec<Closed>) -> Closed {
+        let flat = |part| match part {
+            Closed::And(parts) if is_and => parts,
+            Closed::Or(parts) if !is_and => parts,
+            other => vec![other],
+        };
+        let parts = parts.into_iter().flat_map(flat).collect();
+        if is_and { Closed::And(parts) } else { Closed::Or(parts) }
+    }
+
+    fn holds(&self, state: &State, inner: &mut Vec<usize>) -> bool {
+        let object =
+            |x: &usize, inner: &[usize]| if *x < OBJECTS.len() { *x } else { inner[*x - OBJECTS.len()] };
+        let mut under = |objects: &[usize], closed: &Closed, all: bool| {
+            let mut each = objects.iter().map(|&o| {
+                inner.push(o);
+                let holds = closed.holds(state, inner);
+                inner.pop();
+                holds
+            });
+            if all { each.all(|holds| holds) } else { each.any(|holds| holds) }
+        };
+        match self {
+            Closed::All(of, closed) => under(TYPES[*of].1, closed, true),
+            Closed::Some(of, closed) => under(TYPES[*of].1, closed, false),
+            Closed::Atom(name, arguments, positive) => {
+                state.contains(&(name, arguments.iter().map(|x| object(x, inner)).collect())) == *positive
+            }
+            Closed::Equal(x, y, positive) => (object(x, inner) == object(y, inner)) == *positive,
+            Closed::And(all) => all.iter().all(|c| c.holds(state, inner)),
+            Closed::Or(all) => all.iter().any(|c| c.holds(state, inner)),
         }
     }
 }
@@ -342,10 +397,7 @@ impl Eff {
             Eff::OneOf(all) => format!("(oneof{})", list(all)),
             Eff::Atom(name, arguments, true) => format!("({name}{})", names(arguments, scope)),
             Eff::Atom(name, arguments, false) => format!("(not ({name}{}))", names(arguments, scope)),
-            Eff::When(all, inner) => {
-                let all: String = all.iter().map(|c| format!(" {}", c.text(scope))).collect();
-                format!("(when (and{all}) {})", inner.text(scope))
-            }
+            Eff::When(c, inner) => format!("(when {} {})", c.text(scope), inner.text(scope)),
             Eff::All(of, inner) => {
                 format!("(forall (?v{scope} - {}) {})", TYPES[*of].0, inner.text(scope + 1))
             }
@@ -377,7 +429,7 @@ impl Eff {
         }
     }
 
-    fn raw(&self, values: &[usize], conditions: &BTreeSet<String>) -> Distribution {
+    fn raw(&self, values: &[usize], conditions: &BTreeSet<Closed>) -> Distribution {
         let one = || Ratio::new(1.into(), 1.into());
         let product = |parts: Vec<Distribution>| {
             parts.into_iter().fold(vec![(one(), Outcome::new())], |all, part| {
@@ -394,8 +446,11 @@ impl Eff {
                 vec![(one(), [(conditions.clone(), *added, atom)].into())]
             }
             Eff::And(all) => product(all.iter().map(|e| e.raw(values, conditions)).collect()),
-            Eff::When(all, inner) => {
-                let more = all.iter().map(|c| c.ground(values));
+            Eff::When(condition, inner) => {
+                let more = match condition.closed(values, 0, true) {
+                    Closed::And(parts) => parts,
+                    other => vec![other],
+                };
                 inner.raw(values, &conditions.iter().cloned().chain(more).collect())
             }
             Eff::All(of, inner) => {

@@ -31,6 +31,10 @@ fn mistakes_in_domains_are_shown_at_their_places() {
         ("(:action a :parameters (?x) :effect (p ?y))", "2:40: unknown variable `?y`"),
         ("(:action a :parameters (?x - u) :effect (p ?x))", "2:30: unknown type `u`"),
         ("(:action a :parameters (x) :effect (q))", "2:25: expected a variable such as `?x`, found `x`"),
+        (
+            "(:action a :parameters (?x ?x - t) :effect (p ?x))",
+            "2:28: the variable `?x` stands twice in this list",
+        ),
         ("(:action a :effect (oneof))", "2:20: `oneof` has no outcome"),
         (
             "(:action a :effect (probabilistic 0.6 (q) 0.5 (and)))",

@@ -3,6 +3,7 @@
 mod agreement;
 mod drawn;
 mod errors;
+mod quantified;
 
 use meliora_base::error::{Result, SourceFile};
 use meliora_base::progress::NoProgress;
