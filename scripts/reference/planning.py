@@ -48,7 +48,10 @@ class Problem:
         self.objects = typed(joined(":constants", ":objects"))
         self.initial = frozenset(tuple(fact) for fact in joined(":init"))
         self.rules = self.sections.get(":derived", [])
-        self.goal = self.sections[":goal"][0][0]
+        goal = self.sections[":goal"][0][0]
+        parts = goal[1:] if goal and goal[0] == "and" else [goal]
+        self.preferences = {part[1]: part[2] for part in parts if part and part[0] == "preference"}
+        self.goal = ["and", *(part for part in parts if not part or part[0] != "preference")]
         self.actions = [self.action(parts) for parts in self.sections.get(":action", [])]
 
     def action(self, parts):
@@ -164,6 +167,10 @@ class Problem:
     def is_goal(self, state):
         return self.holds(self.goal, self.derived(state), {})
 
+    def satisfies(self, state, name):
+        """Whether a plan may end in a state, and a preference holds there."""
+        return self.is_goal(state) and self.holds(self.preferences[name], self.derived(state), {})
+
 
 def ground(atom, values):
     return tuple(values.get(word, word) for word in atom)
@@ -184,6 +191,14 @@ def strong_cyclic(known, goal):
         if reach == inside:
             return inside
         inside = reach
+
+
+def possible(known, goal):
+    """The states from which some path reaches the goal."""
+    inside = set(goal)
+    while more := {s for s in set(known) - inside if any(to & inside for to in known[s].values())}:
+        inside |= more
+    return inside
 
 
 def strong(known, goal):

@@ -92,6 +92,8 @@ class Draw:
         derived = (*CHANGED, "linked", "both")
         atom = lambda: self.random.choice(("{}", "(not {})")).format(self.atom((), derived))
         goal = self.random.choice((atom(), f"(and {atom()} {atom()})", self.condition((), 2)))
+        if self.random.randrange(2):
+            goal = f"(and {goal} (preference Wish-1 {self.condition((), 1)}) (preference clean (not {atom()})))"
         problem = (
             "(define (problem drawn) (:domain drawn) (:objects a b - s c - t)\n"
             f"(:init {' '.join(sorted(facts))})\n(:goal {goal}))\n"
@@ -123,6 +125,8 @@ def tasks(context):
     context.same("strong cyclic states of a task", str(len(cyclic)), report["pmax_one"])
     context.same("strong states of a task", str(len(strong)), report["plan"]["strong_states"])
     context.same("a strong plan of a task", reference.initial in strong, report["plan"]["strong"])
+    if reference.preferences:
+        preferences(context, paths, reference, known)
     policy = folder / "policy.json"
     report = context.program.ask("reach", *paths, "--policy", policy, *engine, allowed=(0, 1))
     context.same("a strong cyclic plan of a task", reference.initial in cyclic, report["plan"]["strong_cyclic"])
@@ -143,6 +147,21 @@ def tasks(context):
         runs = context.program.ask("simulate", *paths, "--policy", policy, *steps)["runs"]
         context.same("runs of the policy of a task", 5, runs["reached"])
         policy.unlink()
+
+
+def preferences(context, paths, reference, known):
+    """Preferences are judged where a plan ends; the names in the file have other capitals."""
+    file = context.program.folder / "task.pref"
+    file.write_text("prefer wish-1 > CLEAN;\n")
+    engine = context.program.settings("engine")
+    report = context.program.ask("check", *paths, file, *engine)
+    for objective in report["objectives"]:
+        name = objective["name"].lower()
+        is_reached = reference.is_goal if name == "goal" else lambda state: reference.satisfies(state, name)
+        target = {state for state in known if is_reached(state)}
+        sure, some = planning.strong_cyclic(known, target), planning.possible(known, target)
+        counts = [objective[key] for key in ("target", "almost_sure", "positive")]
+        context.same(f"states of {name} of a task", [str(len(s)) for s in (target, sure, some)], counts)
 
 
 ALL = {"tasks": tasks}

@@ -30,8 +30,9 @@ use super::supervise::{Job, supervise};
 /// DIR receives `regions.dddmp` (all regions as roots of one diagram), `manifest.json` (the meaning
 /// of roots and variables) and `certificate.dddmp` (the data that `verify` needs); with `--values`
 /// also `values.csv` (bounds of probabilities and costs, state by state). If DIR exists,
-/// it must be empty or contain only an older dump, which is replaced. The regions are written before the
-/// certificate is computed. If a limit ends that, the dump has the parts of it that were finished.
+/// it must be empty or contain only an older dump, which is replaced. The values are computed before anything is
+/// written, and the regions are written before the certificate is computed. If a limit ends that, the dump has
+/// the parts of it that were finished.
 #[derive(Debug, Clone, Args)]
 #[command(group = clap::ArgGroup::new("induced").args(["kind", "strategy"]))]
 #[command(after_help = "Examples:
@@ -242,9 +243,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     let dump = || export(&analysis, &inputs, &content);
     let mut dump = job.timed("dump", dump, |_, _| ())?;
     let certifies = all && !args.no_certificate;
-    if certifies {
-        certified(job, &out, dot, &analysis, &mut dump)?;
-    }
+    // Before anything is written: if there are no values, an older dump stays as it is.
     let mut width = None;
     if args.values {
         let costs = costs.check(analysis.engine(), &question.program)?;
@@ -253,6 +252,9 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
         let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit };
         let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
         width = Some(job.timed("values", add, |_, _| ())?);
+    }
+    if certifies {
+        certified(job, &out, dot, &analysis, &mut dump)?;
     }
     let write = || match certifies {
         true => complete_directory(&mut dump, &out, job.sink.as_ref()),
@@ -283,11 +285,15 @@ fn certified(
     analysis: &Analysis<SymbolicEngine>,
     dump: &mut Dump,
 ) -> Result<(), Error> {
+    // The values come with the certificate, which proves them.
+    let values = (dump.values.take(), dump.manifest.values.take());
     let write = || write_regions_first(dump, out, dot, job.sink.as_ref());
     job.timed("write", write, |_, _| ())?;
     job.update(|r| r.set_uncertified(&dump.manifest));
     let add = || certify(dump, analysis, &mut |left| job.sink.share(left));
-    job.timed("certificate", add, |_, _| ()).map(drop)
+    job.timed("certificate", add, |_, _| ())?;
+    (dump.values, dump.manifest.values) = values;
+    Ok(())
 }
 
 #[cfg(test)]

@@ -12,32 +12,66 @@ const SECOND: &str = "--problem";
 /// The bytes at the beginning of a file that tell whether it is a list.
 const HEAD: u64 = 1 << 16;
 
+/// The way an argument looks as a file of a planning problem.
+#[derive(Clone, Copy)]
+enum Looks {
+    /// `-`, which may be either half.
+    Input,
+    /// A name that ends with `.pddl`, without a file.
+    Missing,
+    /// Another name without a file.
+    Absent,
+    /// A file in PDDL by its name or its first character, with the parts that begin in it.
+    File(Parts),
+    /// An option, or another file.
+    Other,
+}
+
+impl Looks {
+    fn of(arg: &OsString) -> Self {
+        let path = Path::new(arg);
+        let is_named = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("pddl"));
+        if arg == "-" {
+            Looks::Input
+        } else if arg.as_encoded_bytes().starts_with(b"-") {
+            Looks::Other
+        } else if !path.exists() {
+            if is_named { Looks::Missing } else { Looks::Absent }
+        } else if is_named && path.is_file() || begins_with_a_list(path) {
+            Looks::File(fs::read_to_string(path).map(|text| parts(&text)).unwrap_or_default())
+        } else {
+            Looks::Other
+        }
+    }
+
+    fn is_half(self) -> bool {
+        matches!(self, Looks::File(parts) if parts.domain != parts.problem)
+    }
+
+    /// Returns whether this file and the next one are meant as the halves of a problem. A half with mistakes
+    /// is one, too, and a file that does not exist, so that the error is about that.
+    fn pairs_with(self, next: Looks) -> bool {
+        match (self, next) {
+            (Looks::File(one), Looks::File(other)) => [one, other].iter().all(|p| !(p.domain && p.problem)),
+            (Looks::Missing, Looks::File(_)) => true,
+            (Looks::File(_), Looks::Missing | Looks::Absent | Looks::Input) => self.is_half(),
+            (Looks::Input, Looks::File(_)) => next.is_half(),
+            _ => false,
+        }
+    }
+}
+
 /// Names the second of two files that are the halves of a planning problem, in any order: `--problem` stands
 /// before it. The halves are told by their content; `-` is the missing one.
 pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
-    let of = |arg: &OsString| {
-        if arg == "-" {
-            return Parts { domain: true, problem: true };
-        }
-        let text = begins_with_a_list(Path::new(arg)).then(|| fs::read_to_string(arg).ok()).flatten();
-        text.map(|text| parts(&text)).unwrap_or_default()
-    };
-    let is_half = |parts: Parts| parts.domain != parts.problem;
-    let fits = |(one, left): (&OsString, Parts), (other, right): (&OsString, Parts)| {
-        let is_input = one == "-" || other == "-";
-        // A file that does not exist is to be named as such.
-        let is_missing = !other.as_encoded_bytes().starts_with(b"-") && !Path::new(other).exists();
-        (is_half(left) && (is_missing || is_half(right) && left.domain != right.domain))
-            || (is_input && (is_half(left) || is_half(right)))
-    };
     let mut named: Vec<OsString> = Vec::with_capacity(args.len() + 1);
-    // The parts of the last argument; none if it has its second half, as it fits nothing then.
-    let mut last = Parts::default();
+    // How the last argument looks; as another file once it has its second half.
+    let mut last = Looks::Other;
     for arg in args {
-        let own = of(&arg);
-        if named.last().is_some_and(|before| fits((before, last), (&arg, own))) {
+        let own = Looks::of(&arg);
+        if last.pairs_with(own) {
             named.push(SECOND.into());
-            last = Parts::default();
+            last = Looks::Other;
         } else {
             last = own;
         }

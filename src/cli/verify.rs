@@ -26,7 +26,7 @@ use super::supervise::{Job, supervise};
 /// visits needs an enabled action, and the goal must stay reachable. The strategies of a property `multi(…)`
 /// must have the values that they claim.
 ///
-/// Uses the constants, scope, safety and variable order of the dump; in a game, every choice of the
+/// Uses the constants, scope, safety and variable order of the dump, and says so; in a game, every choice of the
 /// opponent is checked. If a condition is violated,
 /// prints the first one and ends with exit status 1. If the certificate leaves out regions, because a limit ended
 /// `export`, names them and ends with exit status 4.
@@ -104,6 +104,7 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Resul
                        certified; `verify` checks dumps of `meliora export`";
         return Err(wrong(&args.directory, message.to_owned()));
     }
+    job.update(|r| r.set_taken(manifest));
     let given = Given {
         constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
         bounds: SourceFile::new("--bounds", args.bounds.join(",")),

@@ -2,17 +2,19 @@
 //!
 //! One row per state, and under `prefix` per state and arena. The columns are `arena` (the class
 //! that improvements are measured against; only under `prefix`), the variables of the model as
-//! integers, and for k = 1, 2, … first `p_k_lower`, `p_k_upper`, `p_k_rank` and then `c_k_lower`,
+//! integers (names with commas are quoted), and for k = 1, 2, … first `p_k_lower`, `p_k_upper`, `p_k_rank` and then `c_k_lower`,
 //! `c_k_upper`, `c_k_rank`, which are empty for models without a cost.
 //!
 //! A number is `n/d`, an exact fraction; or `inf`; or a decimal number, which stands for the double
 //! nearest to it.
 
+use std::borrow::Cow;
 use std::io::{self, BufRead, Write};
 
 use num_traits::{FromPrimitive, Signed, Zero};
 
 use meliora_base::error::{Error, Result};
+use meliora_base::escape;
 use meliora_base::exact::Ratio;
 use meliora_model::State;
 
@@ -126,15 +128,32 @@ impl Layout {
     }
 
     fn header(&self) -> String {
+        self.header_of(cell)
+    }
+
+    /// Returns the header as it was written before names with commas were quoted.
+    fn old_header(&self) -> String {
+        self.header_of(Cow::Borrowed)
+    }
+
+    fn header_of<'l>(&'l self, cell: impl Fn(&'l str) -> Cow<'l, str>) -> String {
         let mut names: Vec<String> = Vec::with_capacity(self.columns());
         names.extend(self.arenas.then(|| "arena".to_owned()));
-        names.extend(self.variables.iter().cloned());
+        names.extend(self.variables.iter().map(|name| cell(name).into_owned()));
         for k in 1..=self.levels {
             for quantity in ["p", "c"] {
                 names.extend(["lower", "upper", "rank"].map(|what| format!("{quantity}_{k}_{what}")));
             }
         }
         names.join(",")
+    }
+}
+
+/// Returns a cell; one with a comma or quotes, such as `lnk(a,b)`, is quoted.
+fn cell(text: &str) -> Cow<'_, str> {
+    match text.contains([',', '"', '\n', '\r']) {
+        true => Cow::Owned(escape::quoted(text)),
+        false => Cow::Borrowed(text),
     }
 }
 
@@ -168,9 +187,9 @@ pub fn write(layout: &Layout, rows: &[Row], out: &mut impl Write) -> io::Result<
 pub fn read(name: &str, layout: &Layout, input: &mut impl BufRead) -> Result<Vec<Row>> {
     let wrong = |line: usize, message: String| Error::Dump { file: name.to_owned(), line, message };
     let mut lines = Lines { input, name, line: 0, text: String::new() };
-    let header = layout.header();
-    if lines.next()? != Some(header.as_str()) {
-        return Err(wrong(1, format!("expected the columns {}", header.escape_debug())));
+    let headers = [layout.header(), layout.old_header()];
+    if !lines.next()?.is_some_and(|found| headers.iter().any(|header| header == found)) {
+        return Err(wrong(1, format!("expected the columns {}", headers[0].escape_debug())));
     }
     let mut rows = Vec::new();
     while let Some(text) = lines.next()? {
@@ -204,6 +223,11 @@ impl<R: BufRead> Lines<'_, R> {
     }
 }
 
+/// Returns a wrong cell for a message.
+fn shown(text: &str) -> String {
+    escape::shortened(text).escape_debug().to_string()
+}
+
 fn row(layout: &Layout, text: &str) -> std::result::Result<Row, String> {
     let cells: Vec<&str> = text.split(',').collect();
     if cells.len() != layout.columns() {
@@ -213,7 +237,7 @@ fn row(layout: &Layout, text: &str) -> std::result::Result<Row, String> {
     let arena = if layout.arenas { cells.next().unwrap_or_default().to_owned() } else { String::new() };
     let mut state = State::with_capacity(layout.variables.len());
     for text in cells.by_ref().take(layout.variables.len()) {
-        state.push(text.parse().map_err(|_| format!("`{}` is not an integer", text.escape_debug()))?);
+        state.push(text.parse().map_err(|_| format!("`{}` is not an integer", shown(text)))?);
     }
     let (mut probabilities, mut costs) = (Vec::new(), Vec::new());
     while let (Some(lower), Some(upper), Some(rank)) = (cells.next(), cells.next(), cells.next()) {
@@ -222,10 +246,9 @@ fn row(layout: &Layout, text: &str) -> std::result::Result<Row, String> {
             costs.push(None);
             continue;
         }
-        let number = |text: &str| {
-            Number::parse(text).ok_or_else(|| format!("`{}` is not a bound", text.escape_debug()))
-        };
-        let rank = rank.parse().map_err(|_| format!("`{}` is not a rank", rank.escape_debug()))?;
+        let number =
+            |text: &str| Number::parse(text).ok_or_else(|| format!("`{}` is not a bound", shown(text)));
+        let rank = rank.parse().map_err(|_| format!("`{}` is not a rank", shown(rank)))?;
         let bounds = Bounds { lower: number(lower)?, upper: number(upper)?, rank };
         if is_cost { costs.push(Some(bounds)) } else { probabilities.push(bounds) }
     }
@@ -253,6 +276,29 @@ mod tests {
         for changed in ["\n", "x,", "inf,7", ",-1,3", "1/3"] {
             let text = String::from_utf8(text.clone()).unwrap().replacen(changed, "-", 1);
             assert!(read("v", &layout, &mut text.as_bytes()).is_err(), "{changed:?}");
+        }
+    }
+
+    #[test]
+    fn names_with_commas_are_quoted_in_the_header() {
+        let layout =
+            Layout { arenas: false, variables: vec!["lnk(a,b)".to_owned(), "x".to_owned()], levels: 0 };
+        let mut text = Vec::new();
+        write(&layout, &[], &mut text).unwrap();
+        assert_eq!(text, b"\"lnk(a,b)\",x\n");
+        for header in ["\"lnk(a,b)\",x\n", "lnk(a,b),x\n"] {
+            assert_eq!(read("v", &layout, &mut header.as_bytes()).unwrap(), [], "{header}");
+        }
+    }
+
+    #[test]
+    fn a_wrong_number_of_a_million_digits_is_shortened_in_the_message() {
+        let layout = Layout { arenas: false, variables: vec!["x".to_owned()], levels: 1 };
+        let long = "1".repeat(1_000_000);
+        for row in [format!("{long},0,1,0,,,"), format!("0,{long}/1,1,0,,,"), format!("0,0,1,{long},,,")] {
+            let text = format!("{}\n{row}\n", layout.header());
+            let error = read("v", &layout, &mut text.as_bytes()).unwrap_err().to_string();
+            assert!(error.len() < 200 && error.contains("…"), "{} bytes", error.len());
         }
     }
 

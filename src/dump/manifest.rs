@@ -102,6 +102,15 @@ pub enum SafetyMode {
 }
 
 impl SafetyMode {
+    /// Returns the name, as in manifests.
+    pub fn name(self) -> &'static str {
+        match self {
+            SafetyMode::Action => "action",
+            SafetyMode::Transition => "transition",
+            SafetyMode::Prefix => "prefix",
+        }
+    }
+
     /// Returns whether the rows of `values.csv` name the arenas that they belong to.
     fn has_arenas(self) -> bool {
         match self {

@@ -125,12 +125,16 @@ impl Parser<'_> {
     }
 
     /// Parses a name of an objective, which may be a keyword of the modelling language, such as `A`
-    /// or `F`.
+    /// or `F`, and may contain hyphens between its parts, as names in PDDL do: `pills-ward`.
     fn objective_name(&mut self) -> Parsed<Ident> {
         if self.peek() != Token::Word {
             return Err(self.expected("the name of an objective"));
         }
-        let span = self.advance();
+        let mut span = self.advance();
+        let is_part = |token| matches!(token, Token::Minus | Token::Word | Token::Int);
+        while is_part(self.peek()) && self.here().start() == span.end() {
+            span = span.to(self.advance());
+        }
         let name = self.text(span).to_owned();
         if ["objective", "prefer", "empty", "history", "nothing", "true", "false"].contains(&name.as_str()) {
             self.report(self.wrong(span, format!("`{name}` cannot be the name of an objective")));

@@ -13,6 +13,7 @@ use crate::pref::{self, Chain};
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_model::Program;
 use meliora_model::expr::{ExprId, ExprPool};
+use meliora_model::planning;
 use meliora_model::preference::{
     Contradiction, Empty, Goal, History, Objective, Outline, Preferences, Preorder, Relation, Requirement,
     Statement,
@@ -56,7 +57,8 @@ pub fn load_preferences<P: Borrow<Program> + From<Program>>(
 /// given one: the product that judges paths, the game in which the coalition is ours.
 fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Preferences, Option<Program>)> {
     let tree = &pref::parse_preferences(source)?;
-    let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
+    let has_capitals = program.planning.is_none();
+    let mut checker = Checker { source, known: AHashMap::new(), has_capitals, diagnostics: Vec::new() };
     let history = checker.history(tree);
     let coalition = checker.coalition(program, tree)?;
     let mut watching = Monitoring::new(program);
@@ -109,17 +111,20 @@ fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Pre
 }
 
 /// Returns the objectives of a planning problem that a preference file does not declare itself, each
-/// with the text of its formula: to reach the label with its name.
+/// with the text of its formula: to reach the goal, or a state of the goal in which a preference holds.
+/// A problem without a goal ends anywhere.
 fn implied(program: &Program, tree: &pref::Preferences) -> Result<Vec<(pref::Objective, Arc<SourceFile>)>> {
-    let all = program.planning.iter().flat_map(|planning| &planning.objectives);
-    let is_new = |(name, _): &&(String, ExprId)| tree.objectives.iter().all(|o| o.name.name != *name);
-    let objective = |(name, _): &(String, ExprId)| {
-        let source = SourceFile::new("the problem", format!("F \"{name}\""));
+    let names = program.planning.iter().flat_map(|planning| &planning.objectives);
+    let has_goal = names.clone().any(|name| name == planning::GOAL);
+    let is_new = |name: &&String| tree.objectives.iter().all(|o| !o.name.name.eq_ignore_ascii_case(name));
+    let objective = |name: &String| {
+        let ends = if has_goal && name != planning::GOAL { "\"goal\" & " } else { "" };
+        let source = SourceFile::new("the problem", format!("F ({ends}\"{name}\")"));
         let formula = ltl::parse_formula(&source)?;
         let (name, span) = (Ident { name: name.clone(), span: Span::default() }, Span::default());
         Ok((pref::Objective { name, formula, span }, source))
     };
-    all.filter(is_new).map(objective).collect()
+    names.filter(is_new).map(objective).collect()
 }
 
 /// Parses a preference file without a model; the names in its formulas are not checked.
@@ -128,7 +133,7 @@ fn implied(program: &Program, tree: &pref::Preferences) -> Result<Vec<(pref::Obj
 /// Returns all other errors that can be distinguished: syntax errors, or else errors of the order.
 pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
     let tree = pref::parse_preferences(source)?;
-    let mut checker = Checker { source, known: AHashMap::new(), diagnostics: Vec::new() };
+    let mut checker = Checker { source, known: AHashMap::new(), has_capitals: true, diagnostics: Vec::new() };
     for (index, objective) in tree.objectives.iter().enumerate().take(MOST_OBJECTIVES + 1) {
         checker.declare(index, objective);
     }
@@ -202,6 +207,8 @@ struct Checker<'a> {
     source: &'a Arc<SourceFile>,
     /// Position and place of each objective.
     known: AHashMap<&'a str, (usize, Span)>,
+    /// False if capitals do not count in names, as in planning problems.
+    has_capitals: bool,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -339,10 +346,10 @@ impl<'a> Checker<'a> {
     fn side(&mut self, names: &'a [Ident]) -> Vec<usize> {
         let (mut side, mut said) = (Vec::new(), ahash::AHashSet::new());
         for Ident { name, span } in names {
-            match self.known.get(name.as_str()) {
+            match self.named_as(name) {
                 // Repeated names are ignored: on both sides they would multiply.
-                Some((index, _)) if !said.insert(*index) => {}
-                Some((index, _)) => side.push(*index),
+                Some(index) if !said.insert(index) => {}
+                Some(index) => side.push(index),
                 // The list of all names is long, so it is not built for errors that are never
                 // shown.
                 None if self.diagnostics.len() >= MAX_ERRORS => {}
@@ -356,6 +363,16 @@ impl<'a> Checker<'a> {
             }
         }
         side
+    }
+
+    /// Returns the position of the objective with a name, exact if there is one.
+    fn named_as(&self, name: &str) -> Option<usize> {
+        let exact = self.known.get(name).map(|(index, _)| *index);
+        let alike = || {
+            let same = self.known.iter().filter(|(known, _)| known.eq_ignore_ascii_case(name));
+            same.map(|(_, (index, _))| *index).min()
+        };
+        exact.or_else(|| if self.has_capitals { None } else { alike() })
     }
 
     /// Returns the names of the objectives in their order.

@@ -5,11 +5,15 @@ use ahash::{AHashMap, AHashSet};
 use super::expr::ExprId;
 use super::{Program, VarId, Variable};
 
+/// The name of the goal, as a label and as an objective.
+pub const GOAL: &str = "goal";
+
 /// The names of a planning problem: its objectives, and the atoms that formulas can name.
 #[derive(Debug, Clone, Default)]
 pub struct Planning {
-    /// The objectives of the problem: `goal`, and its preferences by name.
-    pub objectives: Vec<(String, ExprId)>,
+    /// The objectives of the problem, each of which is also a label: [`GOAL`] unless there are only
+    /// preferences, and its preferences by name.
+    pub objectives: Vec<String>,
     /// The facts that change, each with its variable and the value that stands for it.
     pub facts: Vec<PlannedFact>,
     /// The atoms that hold in some state, by their names in small letters, such as `at(robot,kitchen)`.
@@ -49,7 +53,7 @@ impl Planning {
 
     /// Returns whether the problem has a goal that must hold, and not preferences alone.
     pub fn has_goal(&self) -> bool {
-        self.objectives.iter().any(|(name, _)| name == "goal")
+        self.objectives.iter().any(|name| name == "goal")
     }
 
     /// Returns a name that two facts have, as objects may have commas in their names.

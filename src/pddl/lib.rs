@@ -29,7 +29,7 @@ mod task;
 use std::sync::Arc;
 
 use meliora_base::error::{Diagnostic, Result, SourceFile};
-use meliora_base::progress::{NoProgress, ProgressSink};
+use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
 
 /// A planning problem as a program.
@@ -55,18 +55,10 @@ pub struct Parts {
     pub problem: bool,
 }
 
-/// Returns the parts of a planning problem that a text contains, none for other texts.
+/// Returns the parts of a planning problem that begin in a text, none for other texts. Their lists need not
+/// be complete.
 pub fn parts(text: &str) -> Parts {
-    if !is_pddl(text) {
-        return Parts::default();
-    }
-    let source = SourceFile::new("", text);
-    let nodes = syntax::parse(&source, &NoProgress).unwrap_or_default();
-    let has = |what: &str| {
-        let heads = nodes.iter().filter_map(|node| node.form()?.1.first()?.form());
-        heads.into_iter().any(|(head, _)| head == what)
-    };
-    Parts { domain: has("domain"), problem: has("problem") }
+    if is_pddl(text) { syntax::parts(text) } else { Parts::default() }
 }
 
 /// Returns a domain and a problem as one text.
@@ -101,7 +93,14 @@ pub fn load_for_goals(sources: &[Arc<SourceFile>], sink: &dyn ProgressSink) -> R
 fn read(sources: &[Arc<SourceFile>], for_goals: bool, sink: &dyn ProgressSink) -> Result<Planned> {
     let mut nodes = Vec::new();
     for source in sources {
+        let before = nodes.len();
         nodes.extend(syntax::parse(source, sink)?);
+        if nodes.len() == before {
+            let wrong = Diagnostic::new(source, 0..0, "the file contains no list");
+            return Err(wrong
+                .help("expected `(define (domain NAME) …)` or `(define (problem NAME) …)`")
+                .into());
+        }
     }
     let (task, warnings) = check::check(sources, &joined(sources), &nodes)?;
     drop(nodes);

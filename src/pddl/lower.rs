@@ -17,12 +17,10 @@ use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_base::span::Span;
 use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
-use meliora_model::planning::{PlannedFact, Planning};
+use meliora_model::planning::{GOAL, PlannedFact, Planning};
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
 
-/// The name of the goal, as a label and as an objective.
-pub(crate) const GOAL: &str = "goal";
 /// The name of the value for none of the facts of a variable.
 const NONE: &str = "none";
 /// The only module, and the only reward structure.
@@ -338,23 +336,13 @@ impl Lowering<'_> {
         (new != old).then_some(new)
     }
 
-    fn objectives(&mut self) -> Vec<(String, ExprId)> {
-        let ground = self.ground;
-        let mut objectives = Vec::new();
-        if let Some(goal) = &ground.goal {
-            objectives.push((GOAL.to_owned(), self.condition(goal)));
-        }
-        for (name, condition) in &ground.preferences {
-            objectives.push((name.clone(), self.condition(condition)));
-        }
-        objectives
-    }
-
     /// Returns the labels: the goal and the preferences. A goal of preferences alone holds everywhere.
     fn labels(&mut self) -> Vec<(String, ExprId)> {
-        let mut labels = self.objectives();
-        if self.ground.goal.is_none() {
-            labels.insert(0, (GOAL.to_owned(), self.pool.value(Value::Bool(true))));
+        let ground = self.ground;
+        let goal = ground.goal.as_ref().unwrap_or(&Ground::True);
+        let mut labels = vec![(GOAL.to_owned(), self.condition(goal))];
+        for (name, condition) in &ground.preferences {
+            labels.push((name.clone(), self.condition(condition)));
         }
         labels
     }
@@ -362,7 +350,8 @@ impl Lowering<'_> {
     fn planning(&mut self, variables: &[Variable]) -> Planning {
         let (task, ground) = (self.task, self.ground);
         let mut planning = Planning { assumes_uniform: task.has_oneof, ..Planning::default() };
-        planning.objectives = self.objectives();
+        planning.objectives.extend(ground.goal.as_ref().map(|_| GOAL.to_owned()));
+        planning.objectives.extend(ground.preferences.iter().map(|(name, _)| name.clone()));
         let always = self.pool.value(Value::Bool(true));
         let mut name = |predicate: usize, row: &[u32], id: ExprId| {
             let name = task.atom(predicate, row);

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::Parts;
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_base::escape;
 use meliora_base::progress::{Poll, ProgressSink};
@@ -81,6 +82,19 @@ pub(crate) fn is_pddl(text: &str) -> bool {
     }
     let word = rest.strip_prefix('(').map(str::trim_start).and_then(|rest| rest.get(..6));
     word.is_some_and(|word| word.eq_ignore_ascii_case("define"))
+}
+
+/// Returns the parts that begin in a text: `(define (domain` and `(define (problem`.
+pub(crate) fn parts(text: &str) -> Parts {
+    let mut parts = Parts::default();
+    let code = text.lines().map(|line| line.split(';').next().unwrap_or_default().to_lowercase());
+    let spaced = code.map(|line| line.replace('(', " ( ").replace(')', " ) ")).collect::<Vec<_>>();
+    let words: Vec<&str> = spaced.iter().flat_map(|line| line.split_whitespace()).collect();
+    for window in words.windows(4) {
+        parts.domain |= window == ["(", "define", "(", "domain"];
+        parts.problem |= window == ["(", "define", "(", "problem"];
+    }
+    parts
 }
 
 /// Parses the lists of a text.

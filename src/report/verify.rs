@@ -1,5 +1,6 @@
 //! The report of `meliora verify`.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use schemars::JsonSchema;
@@ -10,6 +11,7 @@ use super::envelope::{Envelope, Findings};
 use super::header::Header;
 use meliora_base::escape;
 use meliora_certify::{Checked, INFORMATIVE, Verdict};
+use meliora_dump::Manifest;
 use meliora_model::Program;
 use meliora_model::valuation::Valuation;
 
@@ -21,6 +23,10 @@ pub struct VerifyFindings {
     pub directory: String,
     /// All conditions hold, and all regions are certified; `null` if unknown.
     pub accepted: Option<bool>,
+    /// The settings that the check took from the dump: `constants`, `scope`, `safety`, `empty`, `history`,
+    /// `max_level`, and for the values `reward` and `levels`. Nobody proves that the user meant these. Empty if the
+    /// dump was not read.
+    pub taken: BTreeMap<String, String>,
     /// The regions that were found to be right; empty if the check ended before the first.
     pub checked: Vec<Checked>,
     /// The regions, and `values.csv`, that the certificate does not prove, because a limit ended `export`.
@@ -50,6 +56,24 @@ impl VerifyReport {
         Envelope::of(Header::default(), VerifyFindings { directory, ..VerifyFindings::default() })
     }
 
+    /// Adds what the check takes from the dump; long values are shortened.
+    pub fn set_taken(&mut self, manifest: &Manifest) {
+        let constants = manifest.given_constants();
+        let values = manifest.values.as_ref();
+        let all = [
+            ("constants", Some(constants).filter(|given| !given.is_empty())),
+            ("scope", Some(manifest.scope.clone())),
+            ("safety", Some(manifest.safety.name().to_owned())),
+            ("empty", Some(manifest.empty.clone())),
+            ("history", manifest.history.clone()),
+            ("max_level", manifest.max_level.map(|level| level.to_string())),
+            ("reward", values.map(|values| values.reward.clone())),
+            ("levels", values.map(|values| values.levels.to_string())),
+        ];
+        let given = all.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?)));
+        self.taken = given.map(|(name, value)| (name, escape::shortened(&value).into_owned())).collect();
+    }
+
     /// Adds the verdict.
     pub fn set(&mut self, program: &Program, verdict: &Verdict) {
         self.checked.clone_from(&verdict.checked);
@@ -77,6 +101,11 @@ impl Findings for VerifyFindings {
 
     fn body(report: &VerifyReport, style: Style) -> String {
         let mut out = String::new();
+        if !report.taken.is_empty() {
+            let one = |(name, value): (&String, &String)| format!("{name} {}", escape::line(value));
+            let all: Vec<String> = report.taken.iter().map(one).collect();
+            let _ = writeln!(out, "taken from the dump: {}\n", all.join(", "));
+        }
         for checked in &report.checked {
             let halves = match (checked.inside, checked.outside) {
                 (true, true) => "no wrong states, no missing states",

@@ -1613,6 +1613,10 @@ class VerifyReport(TypedDict):
     """The directory of the dump."""
     accepted: Union[bool, None]
     """All conditions hold, and all regions are certified; `null` if unknown."""
+    taken: Dict[str, str]
+    """The settings that the check took from the dump: `constants`, `scope`, `safety`, `empty`, `history`,
+    `max_level`, and for the values `reward` and `levels`. Nobody proves that the user meant these. Empty if
+    the dump was not read."""
     checked: List[VerifyChecked]
     """The regions that were found to be right; empty if the check ended before the first."""
     uncertified: List[str]

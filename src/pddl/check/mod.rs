@@ -14,7 +14,7 @@ use ahash::AHashMap;
 
 use crate::syntax::{Faults, Node};
 use crate::task::{Action, Axiom, Domain, Predicate, Task};
-use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use requirements::Requirements;
 use types::Types;
 
@@ -42,6 +42,8 @@ pub(crate) struct Checker {
 
 /// The sections of both parts.
 struct Sections<'n> {
+    /// The name of the domain, unless it is missing.
+    name: Option<&'n Node>,
     domain: &'n [Node],
     problem: &'n [Node],
 }
@@ -85,7 +87,7 @@ pub(crate) fn check(
 
 /// Finds the domain and the problem.
 fn sections<'n>(sources: &[Arc<SourceFile>], nodes: &'n [Node]) -> Result<Sections<'n>> {
-    let (mut domain, mut problem) = (None, None);
+    let (mut domain, mut problem, mut domain_name) = (None, None, None);
     for node in nodes {
         let parts = match node.form() {
             Some(("define", parts)) => parts,
@@ -95,7 +97,10 @@ fn sections<'n>(sources: &[Arc<SourceFile>], nodes: &'n [Node]) -> Result<Sectio
             return Err(node.wrong("expected `(domain NAME)` or `(problem NAME)` after `define`").into());
         };
         let slot = match name.form() {
-            Some(("domain", _)) => &mut domain,
+            Some(("domain", parts)) => {
+                domain_name = parts.first();
+                &mut domain
+            }
             Some(("problem", _)) => &mut problem,
             _ => return Err(name.expected("`(domain NAME)` or `(problem NAME)`").into()),
         };
@@ -112,7 +117,7 @@ fn sections<'n>(sources: &[Arc<SourceFile>], nodes: &'n [Node]) -> Result<Sectio
         Diagnostic::new(&last, 0..0, format!("the {what} is missing")).help(help)
     };
     match (domain, problem) {
-        (Some(domain), Some(problem)) => Ok(Sections { domain, problem }),
+        (Some(domain), Some(problem)) => Ok(Sections { name: domain_name, domain, problem }),
         (None, _) => Err(missing("domain", "problem").into()),
         (_, None) => Err(missing("problem", "domain").into()),
     }
@@ -125,6 +130,7 @@ impl Checker {
         for node in both() {
             self.refuse_section(node);
         }
+        self.note_other_domain(sections);
         self.named(sections.domain, ":types", |c, parts, _| c.declare_types(parts));
         self.named(sections.domain, ":constants", |c, parts, _| c.declare_objects(parts));
         self.named(sections.problem, ":objects", |c, parts, _| c.declare_objects(parts));
@@ -147,6 +153,21 @@ impl Checker {
             {
                 then(self, parts, node);
             }
+        }
+    }
+
+    /// Notes that a problem names another domain than the one that is given.
+    fn note_other_domain(&mut self, sections: &Sections<'_>) {
+        let named = sections.problem.iter().find_map(|node| match node.form() {
+            Some((":domain", [name])) => Some(name),
+            _ => None,
+        });
+        let (Some(named), Some(given)) = (named, sections.name) else { return };
+        if named.word() != given.word() {
+            let message = format!("the problem is for the domain `{}`", named.text());
+            let note = named.wrong(message).severity(Severity::Warning);
+            let note = note.label(format!("the domain that is given is `{}`", given.text()));
+            self.faults.notes.push(note.help("check that the two files belong together"));
         }
     }
 

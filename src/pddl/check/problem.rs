@@ -5,9 +5,7 @@ use super::requirements::Requirement;
 use crate::syntax::Node;
 use crate::task::{Condition, Object, Term};
 use meliora_base::error::Severity;
-
-/// The name of the objective of the goal.
-pub(crate) const GOAL: &str = "goal";
+use meliora_model::planning::GOAL;
 
 /// The initial facts and the goals.
 #[derive(Default)]
@@ -103,12 +101,13 @@ impl Checker {
             }
         };
         let shown = name.text().to_owned();
-        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        if !shown.chars().all(is_name) || shown.starts_with(|c: char| c.is_ascii_digit()) {
+        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+        if !shown.chars().all(is_name) || shown.starts_with(|c: char| c.is_ascii_digit() || c == '-') {
             let wrong = name.wrong(format!("the name `{shown}` cannot be that of an objective"));
-            self.report::<()>(wrong.help("use letters, digits and `_`"));
+            self.report::<()>(wrong.help("use letters, digits, `-` and `_`"));
         }
-        if shown == GOAL || goals.preferences.iter().any(|(known, _)| *known == shown) {
+        let is_taken = |known: &str| known.eq_ignore_ascii_case(&shown);
+        if is_taken(GOAL) || goals.preferences.iter().any(|(known, _)| is_taken(known)) {
             let message = format!("the objective `{shown}` is declared twice");
             self.report::<()>(
                 name.wrong(message).help("each preference needs a name of its own, other than `goal`"),

@@ -80,6 +80,10 @@ fn mistakes_in_problems_are_shown_at_their_places() {
         ("(:goal (q)) (:goal (q))", "2:13: the problem has two goals"),
         ("(:goal (preference (q)))", "2:8: expected `(preference NAME condition)`, found `(preference …)`"),
         ("(:goal (preference goal (q)))", "2:20: the objective `goal` is declared twice"),
+        (
+            "(:goal (and (preference pills-ward (q)) (preference Pills-Ward (p a))))",
+            "2:53: the objective `Pills-Ward` is declared twice",
+        ),
         ("(:goal (sometime (q)))", "2:8: conditions on whole paths, such as `sometime`, are not supported"),
         (
             "(:goal (q)) (:metric maximize (reward))",
@@ -108,6 +112,41 @@ fn an_object_that_only_actions_name_has_the_type_of_its_parameter() {
     let notes: Vec<_> =
         planned.warnings.iter().map(|note| (note.message.as_str(), note.position())).collect();
     assert_eq!(notes, [("`open` is not declared (and 1 more)", (4, 61))]);
+}
+
+#[test]
+fn a_problem_for_another_domain_is_noted_at_the_name() {
+    let notes = |domain: &str, problem: &str| {
+        let texts = [
+            format!("(define (domain {domain}) (:predicates (q)) (:action a :effect (q)))"),
+            format!("(define (problem p) (:domain {problem}) (:goal (q)))"),
+        ];
+        let sources = texts.map(|text| SourceFile::new("f", text));
+        let warnings = crate::load(&sources, &NoProgress).unwrap().warnings;
+        warnings.iter().map(|note| (note.message.clone(), note.position())).collect::<Vec<_>>()
+    };
+    let expected = "the problem is for the domain `sea`".to_owned();
+    assert_eq!(notes("land", "sea"), [(expected, (1, 30))]);
+    assert_eq!(notes("Land", "land"), []);
+}
+
+#[test]
+fn an_empty_file_and_a_misspelled_part_are_errors_at_their_places() {
+    let domain = "(define (domain d) (:predicates (q)))";
+    for (problem, expected) in [
+        ("", "1:1: the file contains no list"),
+        ("; nothing\n", "1:1: the file contains no list"),
+        (
+            "(define (problm p) (:goal (q)))",
+            "1:9: expected `(domain NAME)` or `(problem NAME)`, found `(problm …)`",
+        ),
+        ("(defin (problem p))", "1:1: expected `(define …)`, found `(defin …)`"),
+        ("(define (problem p)\n(:goal (q))", "1:1: this bracket is not closed"),
+    ] {
+        assert_eq!(first_error(domain, problem), format!("problem.pddl:{expected}"), "{problem}");
+    }
+    let halves = [domain, "(define (problem p)\n(:goal (q))", "(define (problm p))"].map(crate::parts);
+    assert_eq!(halves.map(|p| (p.domain, p.problem)), [(true, false), (false, true), (false, false)]);
 }
 
 #[test]
