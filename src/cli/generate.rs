@@ -57,7 +57,7 @@ struct GridworldArgs {
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
 
-    /// Write PREFIX.prism and PREFIX.pref; - is stdout
+    /// Write PREFIX.prism and PREFIX.pref, or FILE.prism and the FILE.pref next to it; - is stdout
     #[arg(short, long, value_name = "PREFIX")]
     out: Option<PathBuf>,
 
@@ -214,8 +214,10 @@ fn drift(text: &str) -> Result<Directions, String> {
 /// Writes both files or none.
 fn write(prefix: &Path, generated: &Generated, args: &GridworldArgs) -> Result<(), Error> {
     let inputs: Vec<&Path> = args.from_map.iter().map(PathBuf::as_path).collect();
+    // A prefix may be written with the extension of one of its files, but have another dot.
+    let is_file = prefix.extension().is_some_and(|end| end == "prism" || end == "pref");
+    let prefix = if is_file { prefix.with_extension("") } else { prefix.to_owned() };
     let target = |extension: &str| {
-        // `with_extension` would cut off a part of a prefix with a dot.
         let mut name = prefix.as_os_str().to_owned();
         name.push(extension);
         Target::new(Path::new(&name), &inputs)

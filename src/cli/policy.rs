@@ -74,8 +74,8 @@ impl PlanArgs {
             return Err(Error::Usage(message.to_owned()));
         };
         if engine.is_game() {
-            let message =
-                "`--strong` and `--policy` are about models with one player; `strategy` is for games";
+            let message = "`--strong` and `--policy` are about models with one player; in a game, `strategy` without \
+                 `--policy` lists the actions";
             return Err(Error::Usage(message.to_owned()));
         }
         if self.strong {

@@ -34,11 +34,19 @@ pub(crate) fn values<N: Number>(
     let found = game.choices.components(0..game.states() as u32, |_| true);
     let mut nodes = vec![NONE; game.states()];
     let (mut averages, mut place): (Vec<N>, _) = (Vec::new(), vec![NONE; game.states()]);
+    // The states from which a component with another average than 0 is reachable: the others have exactly 0. A
+    // component comes after those that it can reach.
+    let mut gains = BitVec::<usize>::repeat(false, game.states());
     for component in found.iter() {
-        if !is_bottom(game, component, &mut nodes, averages.len() as u32) {
-            continue;
-        }
-        averages.push(average(game, rewards, component, &mut place, meter)?);
+        let has_gain = if is_bottom(game, component, &mut nodes, averages.len() as u32) {
+            averages.push(average::<N>(game, rewards, component, &mut place, meter)?);
+            averages.last().is_some_and(|average| !average.is_zero())
+        } else {
+            let gains =
+                |&state: &u32| game.choices.successors(state as usize).iter().any(|&to| gains[to as usize]);
+            component.iter().any(gains)
+        };
+        component.iter().for_each(|&state| gains.set(state as usize, has_gain));
     }
     let exits = averages.len() as u32;
     (exits..).zip(nodes.iter_mut().filter(|node| **node == NONE)).for_each(|(next, node)| *node = next);
@@ -50,14 +58,15 @@ pub(crate) fn values<N: Number>(
     (0..).zip(&averages).for_each(|(node, average)| below.set(node, average.clone()));
     let (solution, end) = solved::<N>(&graph, Quantity::Reward, Some(&below), meter)?;
     let end = if N::EXACT { Ok(end?) } else { end };
-    let value = |&node: &u32| match averages.get(node as usize) {
+    let value = |(state, &node): (usize, &u32)| match averages.get(node as usize) {
+        _ if !gains[state] => Some(N::zero()),
         Some(average) => Some(average.clone()),
         None => {
             let anything = N::rounded(Interval { lower: 0.0, upper: f64::INFINITY });
             solution.get(node).cloned().or(anything)
         }
     };
-    Ok(Vector { values: part.nodes.iter().map(value).collect(), end })
+    Ok(Vector { values: part.nodes.iter().enumerate().map(value).collect(), end })
 }
 
 /// Returns whether a component is never left; then its states get the number `exit`.

@@ -261,15 +261,17 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     ) -> Result<Vec<Number>> {
         let path = self.read_to_the_end(path);
         let product = self.product(asked.term, &path, asked.measured.coalition.as_ref())?;
-        let Some(Condition::Leaf(Asks::Accept, mark)) = product.condition() else {
+        let engine = &*product.engine;
+        let accepted =
+            product.condition().map(|condition| accepted(engine, condition)).transpose()?.flatten();
+        let Some(accepted) = accepted else {
             let message = "rewards are accumulated until a formula is satisfied, and no finite part of a path \
                 satisfies this one";
             return Err(self.unsupported(asked.term, message, "write `R{\"name\"}min=? [ F condition ]`"));
         };
-        let engine = &*product.engine;
         let (_, states) = self.parts_of_product(&product, &[], &asked.at.list)?;
         let arena = Arena::new(engine, &product.program)?;
-        let until = Accumulation::Until(arena.members(engine, &engine.states_where(mark)?)?);
+        let until = Accumulation::Until(arena.members(engine, &accepted)?);
         let goal = goal(asked.measured.optimum, self.engine.is_game());
         let rewards = arena.rewards(engine, structure)?;
         selected(&arena, vector::reward(&arena, &rewards, &until, goal, asked.precision)?, &states)
@@ -284,6 +286,23 @@ impl<E> Product<E> {
             crate::reach::Target::States(_) => None,
         }
     }
+}
+
+/// Returns the states in which the monitors of co-safe formulas have accepted a condition; `None` if it has
+/// other leaves. A monitor that accepts does so in all later states, so a conjunction is satisfied once all of
+/// its parts are.
+fn accepted<E: Engine>(engine: &E, condition: &Condition) -> Result<Option<E::States>> {
+    let (mut all, parts, is_all) = match condition {
+        Condition::Leaf(Asks::Accept, mark) => return engine.states_where(mark).map(Some),
+        Condition::Leaf(..) | Condition::Constant(_) => return Ok(None),
+        Condition::All(parts) => (engine.all_states(), parts, true),
+        Condition::Any(parts) => (engine.no_states(), parts, false),
+    };
+    for part in parts {
+        let Some(part) = accepted(engine, part)? else { return Ok(None) };
+        all = if is_all { engine.intersection(&all, &part)? } else { engine.union(&all, &part)? };
+    }
+    Ok(Some(all))
 }
 
 /// Returns what the players look for.
