@@ -181,8 +181,9 @@ pub mod lang {
     pub use meliora_formats::{Document, load, load_given, load_with_progress};
     #[doc(inline)]
     pub use meliora_lang::{
-        Checked, Given, Question, flat, load_preferences, lower_target, outline_preferences, parse_coalition,
-        parse_constants, parse_expression, parse_model, parse_preferences, parse_property, parse_state,
+        Checked, Given, Question, flat, implied_objectives, load_preferences, lower_target,
+        outline_preferences, outline_preferences_for, parse_coalition, parse_constants, parse_expression,
+        parse_model, parse_preferences, parse_property, parse_state,
     };
 }
 

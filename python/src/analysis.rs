@@ -73,7 +73,7 @@ impl Analysis {
     /// Returns a report of the results so far. Does not wait for the analysis, which may be running.
     fn report_known(&self) -> CheckReport {
         let Origin { program, storage, scope, safety, .. } = &*self.origin;
-        let Preferences { source, outline } = self.origin.preferences.get();
+        let Preferences { source, outline, .. } = self.origin.preferences.get();
         let header = Header::of_engine(program, *storage, *scope).with_preferences(&source.name, *safety);
         let mut report = CheckReport::new(header);
         report.read(program, outline.empty, outline.history);
@@ -325,13 +325,15 @@ impl Analysis {
         &self,
         py: Python<'_>,
         states: Option<Vec<Bound<'_, PyAny>>>,
-        levels: Option<usize>,
+        levels: Option<i128>,
         reward: &str,
-        within: Option<usize>,
+        within: Option<i128>,
         exact: bool,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyAny>> {
+        let levels = options::counted("levels", levels)?;
+        let within = options::counted("within", within)?;
         let (call, states) = (Call::new(timeout, progress)?, self.handle.states(py, states)?);
         let wanted = Wanted { levels, reward: Some(reward.to_owned()), exact, within };
         let work = move |analysis: &meliora::Analysis| analysis.state_values(&states, &wanted);
@@ -367,11 +369,12 @@ impl Analysis {
         objective: Option<String>,
         choose: &str,
         states: Option<Vec<Bound<'_, PyAny>>>,
-        levels: Option<usize>,
+        levels: Option<i128>,
         reward: &str,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Strategy> {
+        let levels = options::counted("levels", levels)?;
         let call = Call::new(timeout, progress)?;
         let choose = options::named("choose", choose, Choose::ALL, Choose::name)?;
         let fits = choose.kind();

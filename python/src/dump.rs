@@ -13,6 +13,7 @@ use serde_json::to_string;
 
 use crate::errors::{unpicklable, usage};
 use crate::model::Model;
+use crate::options;
 use crate::preferences;
 use crate::values::{Names, plain};
 use crate::worker::{Call, Worker};
@@ -116,7 +117,8 @@ impl Dump {
 
     /// Returns up to `limit` states of an expression as dictionaries, in the order of their values.
     #[pyo3(signature = (regions, limit=1000))]
-    fn states<'py>(&self, py: Python<'py>, regions: String, limit: usize) -> PyResult<Bound<'py, PyList>> {
+    fn states<'py>(&self, py: Python<'py>, regions: String, limit: i128) -> PyResult<Bound<'py, PyList>> {
+        let limit = options::count("limit", limit)?;
         let found = self.ask(py, regions, move |archive, selected| archive.list(selected, limit))?;
         let dicts = found.iter().map(|member| self.names.dict(py, &member.state));
         PyList::new(py, dicts.collect::<PyResult<Vec<_>>>()?)
@@ -189,7 +191,7 @@ pub(crate) fn verify(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Verdict> {
     let (call, worker) = (Call::new(timeout, progress)?, Worker::new(default_memory()));
-    let source = Arc::clone(&preferences::given(py, preferences)?.get().source);
+    let source = Arc::clone(&preferences::given(py, preferences, model.get().inner.program())?.get().source);
     let (settings, inner) = (settings(&worker), model.get().inner.clone());
     let work = move |reporter: &meliora::supervise::Reporter<'_>| {
         reporter.report("verify", String::new());

@@ -323,13 +323,13 @@ impl Exploration {
         py: Python<'_>,
         preferences: &Bound<'_, PyAny>,
         safety: &str,
-        max_level: Option<usize>,
+        max_level: Option<i128>,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Analysis> {
         let options = options::planning(safety, max_level)?;
         let call = Call::new(timeout, progress)?;
-        let preferences = preferences::given(py, preferences)?;
+        let preferences = preferences::given(py, preferences, &self.space.names.program)?;
         self.analyse(py, preferences, options, &call)
     }
 

@@ -176,14 +176,15 @@ impl Model {
     ///         (states, actions, states); or one matrix (states, states) per action, of NumPy or
     ///         scipy, as a list, or as a dictionary by the name of the action. Nested lists may
     ///         stand for arrays. The keys of a dictionary of states name them, unless they are the
-    ///         numbers from 0 on. An action whose row has only zeros is not available in that
+    ///         numbers from 0 on. An array of the shape (actions, states, states) is read as such if the
+    ///         numbers of states and actions differ. An action whose row has only zeros is not available in that
     ///         state. A state that a terminated transition enters is absorbing: each of its
     ///         actions stays there; the label "done" marks these states, unless `labels` has it.
     ///         The rewards of tuples are not used.
     ///     rewards: Reward structures: for each name an array (states) or (states, actions), or a
     ///         dictionary by states, where others earn 0.
-    ///     labels: For each name the states that have it: names or numbers, or a Boolean for each
-    ///         state. Preferences use them as `F "goal"`.
+    ///     labels: For each name the states that have it: names or numbers, each once, or a Boolean (or
+    ///         0.0 and 1.0) for each state. Preferences use them as `F "goal"`.
     ///     start: The initial states: a state, states, a Boolean for each state, or a distribution
     ///         such as `env.unwrapped.initial_state_distrib`; None for all states.
     ///     actions: The names of the actions; None for `a0`, `a1`, …, or the keys if they are names.
@@ -430,7 +431,7 @@ impl Model {
         scope: &str,
         safety: &str,
         engine: &str,
-        max_level: Option<usize>,
+        max_level: Option<i128>,
         memory: Option<&Bound<'_, PyAny>>,
         order: Option<&Bound<'_, PyAny>>,
         timeout: Option<&Bound<'_, PyAny>>,
@@ -440,7 +441,7 @@ impl Model {
         let asked = Asked { scope, engine, memory, order };
         let options = options::planning(safety, max_level)?;
         let call = Call::new(timeout, progress)?;
-        let preferences: Py<Preferences> = preferences::given(py, preferences)?;
+        let preferences: Py<Preferences> = preferences::given(py, preferences, slf.get().inner.program())?;
         Model::explored(slf, &asked, &call)?.analyse(py, preferences, options, &call)
     }
 

@@ -9,7 +9,7 @@ use meliora::planning::{Opponent, Options, Scheduler, StrategyKind};
 use meliora::supervise::memory::{default_memory, parse};
 use meliora::{Exploration, Safety, Scope, Settings, SourceFile, Storage};
 use pyo3::prelude::*;
-use pyo3::types::{PyList, PyString};
+use pyo3::types::{PyBool, PyList, PyString};
 
 use crate::errors::usage;
 use crate::worker::Worker;
@@ -68,12 +68,33 @@ pub(crate) fn opponent(name: &str) -> PyResult<Opponent> {
 ///
 /// # Errors
 /// `UsageError` if the name is unknown or the level is 0.
-pub(crate) fn planning(safety: &str, max_level: Option<usize>) -> PyResult<Options> {
+pub(crate) fn planning(safety: &str, max_level: Option<i128>) -> PyResult<Options> {
+    let max_level = counted("max_level", max_level)?;
     let safety = named("safety", safety, Safety::ALL, Safety::name)?;
     if max_level == Some(0) {
         return Err(usage("max_level=0: levels are counted from 1"));
     }
     Ok(Options { safety, max_level })
+}
+
+/// Returns a number of something: an argument that is an integer from 0. Larger types than that of the argument
+/// are read, so that the error can name it.
+///
+/// # Errors
+/// `UsageError` if it is negative or too large.
+pub(crate) fn count<T: TryFrom<i128>>(name: &str, given: i128) -> PyResult<T> {
+    T::try_from(given).map_err(|_| {
+        let wrong = if given < 0 { "an integer from 0" } else { "a smaller integer" };
+        usage(format!("{name}={given}: expected {wrong}"))
+    })
+}
+
+/// Does the same for an optional argument.
+///
+/// # Errors
+/// See [`count`].
+pub(crate) fn counted<T: TryFrom<i128>>(name: &str, given: Option<i128>) -> PyResult<Option<T>> {
+    given.map(|given| count(name, given)).transpose()
 }
 
 /// The options of an exploration, as given.
@@ -114,7 +135,7 @@ fn memory(given: &Bound<'_, PyAny>) -> PyResult<u64> {
     if let Ok(text) = given.extract::<String>() {
         return parse(&text).map_err(|wrong| usage(format!("memory={text:?}: {wrong}")));
     }
-    let bytes = given.extract::<u64>().ok().filter(|&bytes| bytes > 0);
+    let bytes = given.extract::<u64>().ok().filter(|&bytes| bytes > 0 && !given.is_instance_of::<PyBool>());
     bytes.ok_or_else(|| usage(format!("memory={given}: a number of bytes, or a text such as \"2GiB\"")))
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use meliora::SourceFile;
 use meliora::lang;
+use meliora::model::Program;
 use meliora::model::hasse::Hasse;
 use meliora::model::preference::{Comparison, Empty, History, Outline};
 use meliora::output::page;
@@ -12,6 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString, PyTuple};
 
 use crate::errors::{Failure, usage};
+use crate::model::Model;
 use crate::{display, files};
 
 /// Objectives with a partial order on them: a preference file, read without a model.
@@ -34,12 +36,20 @@ use crate::{display, files};
 pub(crate) struct Preferences {
     pub(crate) source: Arc<SourceFile>,
     pub(crate) outline: Outline,
+    /// The objectives of a planning problem, with their formulas.
+    implied: Vec<(String, String)>,
 }
 
 impl Preferences {
     fn read(py: Python<'_>, source: Arc<SourceFile>) -> PyResult<Self> {
-        let outline = lang::outline_preferences(&source).map_err(|error| Failure::of(error).raise(py))?;
-        Ok(Preferences { source, outline })
+        Preferences::read_for(py, source, Vec::new())
+    }
+
+    /// Reads preferences for a planning problem with these objectives.
+    fn read_for(py: Python<'_>, source: Arc<SourceFile>, implied: Vec<(String, String)>) -> PyResult<Self> {
+        let outline = lang::outline_preferences_for(&source, &implied);
+        let outline = outline.map_err(|error| Failure::of(error).raise(py))?;
+        Ok(Preferences { source, outline, implied })
     }
 
     fn position(&self, name: &str) -> PyResult<usize> {
@@ -48,13 +58,27 @@ impl Preferences {
     }
 }
 
-/// Returns the preferences of an argument.
+/// Returns the objectives that a planning problem declares.
+fn implied(model: Option<&Bound<'_, Model>>) -> Vec<(String, String)> {
+    model.map(|model| lang::implied_objectives(model.get().inner.program())).unwrap_or_default()
+}
+
+/// Returns the preferences of an argument, which may name the objectives of a planning problem.
 ///
 /// # Errors
 /// The errors of reading a file.
-pub(crate) fn given(py: Python<'_>, argument: &Bound<'_, PyAny>) -> PyResult<Py<Preferences>> {
+pub(crate) fn given(
+    py: Python<'_>,
+    argument: &Bound<'_, PyAny>,
+    program: &Program,
+) -> PyResult<Py<Preferences>> {
+    let implied = lang::implied_objectives(program);
     if let Ok(preferences) = argument.cast::<Preferences>() {
-        return Ok(preferences.clone().unbind());
+        let known = preferences.get();
+        if implied.is_empty() || !known.implied.is_empty() {
+            return Ok(preferences.clone().unbind());
+        }
+        return Py::new(py, Preferences::read_for(py, Arc::clone(&known.source), implied)?);
     }
     let path: PathBuf = argument
         .extract()
@@ -63,7 +87,7 @@ pub(crate) fn given(py: Python<'_>, argument: &Bound<'_, PyAny>) -> PyResult<Py<
     if text.contains(';') && !path.exists() {
         return Err(usage("this is a text of preferences; Preferences.from_string reads one"));
     }
-    Py::new(py, Preferences::read(py, files::open(py, &path)?)?)
+    Py::new(py, Preferences::read_for(py, files::open(py, &path)?, implied)?)
 }
 
 /// Returns the items of a list; a text alone is none.
@@ -118,31 +142,39 @@ impl Preferences {
         Preferences::read(py, SourceFile::new("preferences", text))
     }
 
-    /// Reads a preference file.
+    /// Reads a preference file. With the `model` of a planning problem, the file may name the objectives that
+    /// the problem declares; `Model.check` knows them anyway.
     ///
     /// Raises:
     ///     InputError: The text is invalid; each problem has its place.
     ///     OSError: The file cannot be read.
     #[staticmethod]
-    fn from_file(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        Preferences::read(py, files::open(py, &path)?)
+    #[pyo3(signature = (path, *, model=None))]
+    fn from_file(py: Python<'_>, path: PathBuf, model: Option<&Bound<'_, Model>>) -> PyResult<Self> {
+        Preferences::read_for(py, files::open(py, &path)?, implied(model))
     }
 
-    /// Reads the text of a preference file. Messages call the preferences `name`.
+    /// Reads the text of a preference file. Messages call the preferences `name`. `model` is as in `from_file`.
     #[staticmethod]
-    #[pyo3(signature = (text, *, name="preferences"))]
-    fn from_string(py: Python<'_>, text: String, name: &str) -> PyResult<Self> {
-        Preferences::read(py, SourceFile::new(name, text))
+    #[pyo3(signature = (text, *, name="preferences", model=None))]
+    fn from_string(
+        py: Python<'_>,
+        text: String,
+        name: &str,
+        model: Option<&Bound<'_, Model>>,
+    ) -> PyResult<Self> {
+        Preferences::read_for(py, SourceFile::new(name, text), implied(model))
     }
 
     #[staticmethod]
-    fn _restore(py: Python<'_>, name: &str, text: String) -> PyResult<Self> {
-        Preferences::read(py, SourceFile::new(name, text))
+    #[pyo3(signature = (name, text, implied=Vec::new()))]
+    fn _restore(py: Python<'_>, name: &str, text: String, implied: Vec<(String, String)>) -> PyResult<Self> {
+        Preferences::read_for(py, SourceFile::new(name, text), implied)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
         let restore = py.get_type::<Preferences>().getattr("_restore")?;
-        (restore, (&self.source.name, self.source.original())).into_pyobject(py)
+        (restore, (&self.source.name, self.source.original(), self.implied.clone())).into_pyobject(py)
     }
 
     /// The name in messages: the path of the file.

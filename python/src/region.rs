@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
 use crate::errors::{unpicklable, usage};
+use crate::options;
 use crate::values::{Names, as_dict};
 use crate::worker::Worker;
 use crate::{arrays, display, region_export};
@@ -206,7 +207,8 @@ impl Region {
     /// Returns up to `limit` states as dictionaries, in the order of their values, first variable
     /// first.
     #[pyo3(signature = (limit=1000))]
-    fn states<'py>(&self, py: Python<'py>, limit: usize) -> PyResult<Bound<'py, PyList>> {
+    fn states<'py>(&self, py: Python<'py>, limit: i128) -> PyResult<Bound<'py, PyList>> {
+        let limit = options::count("limit", limit)?;
         let x = self.states.clone();
         let small = x.is_small() && limit <= 100;
         let found = self.space.work(py, small, move || x.list(limit))?;
@@ -226,7 +228,8 @@ impl Region {
     /// Raises:
     ///     UsageError: The region has fewer states.
     #[pyo3(signature = (size=1, seed=0))]
-    fn sample<'py>(&self, py: Python<'py>, size: usize, seed: u64) -> PyResult<Bound<'py, PyList>> {
+    fn sample<'py>(&self, py: Python<'py>, size: i128, seed: i128) -> PyResult<Bound<'py, PyList>> {
+        let (size, seed) = (options::count("size", size)?, options::count("seed", seed)?);
         let x = self.states.clone();
         let found = self.space.worker.long(py, move || x.sample(size, seed))?;
         self.members(py, &found)

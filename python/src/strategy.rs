@@ -320,10 +320,11 @@ impl Strategy {
     fn shield(
         &self,
         py: Python<'_>,
-        limit: usize,
+        limit: i128,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Shield> {
+        let limit = options::count("limit", limit)?;
         let (call, inner) = (Call::new(timeout, progress)?, Arc::clone(&self.shared.inner));
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("shield", String::new());
@@ -358,15 +359,17 @@ impl Strategy {
         &self,
         py: Python<'_>,
         state: &Bound<'_, PyAny>,
-        runs: u64,
-        steps: u64,
-        seed: u64,
+        runs: i128,
+        steps: i128,
+        seed: i128,
         picks: &str,
         opponent: &str,
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Simulation> {
         let opponent = options::opponent(opponent)?;
+        let (runs, steps) = (options::count("runs", runs)?, options::count("steps", steps)?);
+        let seed = options::count("seed", seed)?;
         let setup = Setup { scheduler: options::picks(picks)?, runs, steps, seed };
         let call = Call::new(timeout, progress)?;
         let start = self.shared.state(py, state)?;

@@ -13,6 +13,7 @@ use meliora::Error;
 use meliora::supervise::{self, Position, Reporter, Supervisor, TimeLimit, lock, parse_duration};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
+use pyo3::types::PyBool;
 
 use crate::errors::{self, Failure};
 use crate::progress::Callback;
@@ -67,7 +68,12 @@ fn duration(given: &Bound<'_, PyAny>) -> PyResult<Duration> {
     if let Ok(text) = given.extract::<String>() {
         return parse_duration(&text).map_err(|wrong| errors::usage(format!("timeout={text:?}: {wrong}")));
     }
-    let seconds = given.extract::<f64>().ok().and_then(|s| Duration::try_from_secs_f64(s).ok());
+    let seconds = given.extract::<f64>().ok().filter(|_| !given.is_instance_of::<PyBool>());
+    if seconds == Some(f64::INFINITY) {
+        // As long as a time can be.
+        return Ok(Duration::MAX);
+    }
+    let seconds = seconds.and_then(|s| Duration::try_from_secs_f64(s).ok());
     seconds.ok_or_else(|| {
         errors::usage(format!("timeout={given}: a number of seconds from 0, or a text such as \"5s\""))
     })

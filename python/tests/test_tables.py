@@ -87,7 +87,7 @@ def test_rewards_are_costs_of_states_or_actions() -> None:
         ([[[1.0, 0.0], [0.0, 1.0]], [[0.0, 1.0], [0.0, 1.0]]], {}, "may be (states, actions, states) or (actions"),
         ([[[1.0, 0.0]], [[1.0]]], {}, "the parts of nested lists have different lengths"),
         ({}, {}, "there is no state"),
-        (np.zeros((2, 3)), {}, "has the shape (S, A, S), not (2, 3)"),
+        (np.zeros((2, 3)), {}, "has the shape (S, A, S) or (A, S, S), not (2, 3)"),
         ([np.eye(2), np.eye(3)], {}, "action a1: expected a matrix of the shape (2, 2), not (3, 3)"),
         ("text", {}, "not str"),
         (P, {"labels": {"goal": [4]}}, "label 'goal': 4 is not a state"),

@@ -111,20 +111,34 @@ fn lower_preferences(source: &Arc<SourceFile>, program: &Program) -> Result<(Pre
 }
 
 /// Returns the objectives of a planning problem that a preference file does not declare itself, each
-/// with the text of its formula: to reach the goal, or a state of the goal in which a preference holds.
-/// A problem without a goal ends anywhere.
+/// with the text of its formula.
 fn implied(program: &Program, tree: &pref::Preferences) -> Result<Vec<(pref::Objective, Arc<SourceFile>)>> {
+    let all = implied_objectives(program).into_iter();
+    all.filter(|(name, _)| is_new(tree, name)).map(|(name, formula)| parsed(name, formula)).collect()
+}
+
+/// Returns whether a preference file declares no objective with a name of a planning problem.
+fn is_new(tree: &pref::Preferences, name: &str) -> bool {
+    tree.objectives.iter().all(|own| !own.name.name.eq_ignore_ascii_case(name))
+}
+
+fn parsed(name: String, formula: String) -> Result<(pref::Objective, Arc<SourceFile>)> {
+    let source = SourceFile::new("the problem", formula);
+    let formula = ltl::parse_formula(&source)?;
+    let (name, span) = (Ident { name, span: Span::default() }, Span::default());
+    Ok((pref::Objective { name, formula, span }, source))
+}
+
+/// Returns the objectives of a planning problem with their formulas: to reach the goal, or a state of the goal
+/// in which a preference holds. A problem without a goal ends anywhere. None for other models.
+pub fn implied_objectives(program: &Program) -> Vec<(String, String)> {
     let names = program.planning.iter().flat_map(|planning| &planning.objectives);
     let has_goal = names.clone().any(|name| name == planning::GOAL);
-    let is_new = |name: &&String| tree.objectives.iter().all(|o| !o.name.name.eq_ignore_ascii_case(name));
-    let objective = |name: &String| {
-        let ends = if has_goal && name != planning::GOAL { "\"goal\" & " } else { "" };
-        let source = SourceFile::new("the problem", format!("F ({ends}\"{name}\")"));
-        let formula = ltl::parse_formula(&source)?;
-        let (name, span) = (Ident { name: name.clone(), span: Span::default() }, Span::default());
-        Ok((pref::Objective { name, formula, span }, source))
+    let formula = |name: &String| match has_goal && name != planning::GOAL {
+        true => format!("F (\"goal\" & \"{name}\")"),
+        false => format!("F \"{name}\""),
     };
-    names.filter(is_new).map(objective).collect()
+    names.map(|name| (name.clone(), formula(name))).collect()
 }
 
 /// Parses a preference file without a model; the names in its formulas are not checked.
@@ -132,17 +146,33 @@ fn implied(program: &Program, tree: &pref::Preferences) -> Result<Vec<(pref::Obj
 /// # Errors
 /// Returns all other errors that can be distinguished: syntax errors, or else errors of the order.
 pub fn outline_preferences(source: &Arc<SourceFile>) -> Result<Outline> {
+    outline_preferences_for(source, &[])
+}
+
+/// Does the same for a planning problem with these objectives, which the file need not declare: see
+/// [`implied_objectives`].
+///
+/// # Errors
+/// The errors of [`outline_preferences`].
+pub fn outline_preferences_for(source: &Arc<SourceFile>, implied: &[(String, String)]) -> Result<Outline> {
     let tree = pref::parse_preferences(source)?;
-    let mut checker = Checker { source, known: AHashMap::new(), has_capitals: true, diagnostics: Vec::new() };
+    let has_capitals = implied.is_empty();
+    let mut checker = Checker { source, known: AHashMap::new(), has_capitals, diagnostics: Vec::new() };
     for (index, objective) in tree.objectives.iter().enumerate().take(MOST_OBJECTIVES + 1) {
         checker.declare(index, objective);
     }
-    checker.expect_some(tree.objectives.len());
     let formula = |f: &Formula| source.text[f.span.range()].to_owned();
+    let mut objectives: Vec<(String, String)> =
+        tree.objectives.iter().map(|o| (o.name.name.clone(), formula(&o.formula))).collect();
+    for (name, formula) in implied.iter().filter(|(name, _)| is_new(&tree, name)) {
+        checker.known.insert(name, (objectives.len(), Span::default()));
+        objectives.push((name.clone(), formula.clone()));
+    }
+    checker.expect_some(objectives.len());
     Ok(Outline {
         history: checker.history(&tree),
         order: checker.order(&tree)?,
-        objectives: tree.objectives.iter().map(|o| (o.name.name.clone(), formula(&o.formula))).collect(),
+        objectives,
         requirements: tree.requirements.iter().map(formula).collect(),
         empty: tree.empty.map_or_else(Empty::default, |(empty, _)| empty),
     })

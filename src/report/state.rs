@@ -8,8 +8,9 @@ use super::cycle::Cycle;
 use super::reason::Words;
 use meliora_model::preference::{Change, ObjectiveSet};
 use meliora_model::valuation::Valuation;
-use meliora_planning::explain::{Action, Successor};
-use meliora_planning::{Explanation, InducedModel, Rank};
+use meliora_planning::explain::{Action, Successor, Verdict};
+use meliora_planning::{Explanation, InducedModel, Rank, StrategyKind};
+use meliora_quantities::Choose;
 
 /// The explanation of a state, with the words for its results.
 pub struct StateReport<'a> {
@@ -50,6 +51,24 @@ impl StateReport<'_> {
     /// Returns the first action that makes progress; `None` at level 0.
     pub(crate) fn progress_action(&self) -> Option<&Action> {
         self.at.actions.iter().find(|action| action.progress)
+    }
+
+    /// Returns the reason why an action is permitted or not.
+    pub(crate) fn reason(&self, action: &Action) -> String {
+        match action.verdict {
+            Verdict::NothingAhead if self.is_only_kept() => {
+                "safe, but no improvement is certain if a dropped branch happens".to_owned()
+            }
+            _ => self.words.reason(&self.at, action),
+        }
+    }
+
+    /// Returns whether improvements are guaranteed only where no dropped branch happens, so that a choice by
+    /// values has none that is certain.
+    pub(crate) fn is_only_kept(&self) -> bool {
+        let [sasi, _] = self.ranks;
+        let is_sasi = self.words.kind == StrategyKind::Sasi && self.choosing.choose != Choose::First;
+        is_sasi && sasi != Rank::Finite(0) && self.at.memory.level == Rank::Finite(0)
     }
 
     /// Returns whether the strategy commits to an objective that is still to be achieved.
@@ -106,7 +125,7 @@ impl StateReport<'_> {
             name: action.name.clone(),
             judged: (!self.at.is_theirs()).then_some(JudgedJson { kept, permitted, progress }),
             verdict: action.verdict.name(),
-            reason: self.words.reason(&self.at, action),
+            reason: self.reason(action),
             successors: action
                 .successors
                 .iter()

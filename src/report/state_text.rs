@@ -79,6 +79,11 @@ fn advice(state: &StateReport<'_>) -> Option<String> {
         StrategyKind::Sasi | StrategyKind::Spi if spi == Rank::Finite(0) && !at.most_preferred.is_empty() => {
             Some(format!("`--kind plan` shows how to achieve {}.", words.either(&at.most_preferred)))
         }
+        StrategyKind::Sasi if state.is_only_kept() => Some(
+            "Guaranteed only if no dropped branch happens; `--choose likely` has a value here, and `first` follows \
+             the levels."
+                .to_owned(),
+        ),
         StrategyKind::Sasi if only_possible => Some(
             "No improvement is guaranteed here; `--kind spi` shows how to try the possible ones.".to_owned(),
         ),
@@ -99,7 +104,7 @@ fn action_text(state: &StateReport<'_>, action: &Action, style: Style) -> String
     };
     let reason = match picked && action.verdict == Verdict::Stays {
         true => "stays in the level, and has the best value".to_owned(),
-        false => words.reason(&state.at, action),
+        false => state.reason(action),
     };
     let name = style.bold(&action.name);
     let mut out = match state.at.is_theirs() {

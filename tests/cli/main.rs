@@ -1,6 +1,7 @@
 //! The command line as users see it: standard output, standard error and exit statuses.
 
 mod aims;
+mod answers;
 mod at;
 mod boxes;
 mod browser;

@@ -157,14 +157,15 @@ class Model:
                 (states, actions, states); or one matrix (states, states) per action, of NumPy or
                 scipy, as a list, or as a dictionary by the name of the action. Nested lists may
                 stand for arrays. The keys of a dictionary of states name them, unless they are the
-                numbers from 0 on. An action whose row has only zeros is not available in that
+                numbers from 0 on. An array of the shape (actions, states, states) is read as such if the
+                numbers of states and actions differ. An action whose row has only zeros is not available in that
                 state. A state that a terminated transition enters is absorbing: each of its
                 actions stays there; the label "done" marks these states, unless `labels` has it.
                 The rewards of tuples are not used.
             rewards: Reward structures: for each name an array (states) or (states, actions), or a
                 dictionary by states, where others earn 0.
-            labels: For each name the states that have it: names or numbers, or a Boolean for each
-                state. Preferences use them as `F "goal"`.
+            labels: For each name the states that have it: names or numbers, each once, or a Boolean (or
+                0.0 and 1.0) for each state. Preferences use them as `F "goal"`.
             start: The initial states: a state, states, a Boolean for each state, or a distribution
                 such as `env.unwrapped.initial_state_distrib`; None for all states.
             actions: The names of the actions; None for `a0`, `a1`, …, or the keys if they are names.
@@ -347,18 +348,19 @@ class Preferences:
         require: Sequence[str] | None = None,
     ) -> Self: ...
     @staticmethod
-    def from_file(path: _Path) -> Preferences:
-        """Reads a preference file.
+    def from_file(path: _Path, *, model: Model | None = None) -> Preferences:
+        """Reads a preference file. With the `model` of a planning problem, the file may name the objectives that
+        the problem declares; `Model.check` knows them anyway.
 
         Raises:
             InputError: The text is invalid; each problem has its place.
             OSError: The file cannot be read.
         """
     @staticmethod
-    def from_string(text: str, *, name: str = "preferences") -> Preferences:
-        """Reads the text of a preference file. Messages call the preferences `name`."""
+    def from_string(text: str, *, name: str = "preferences", model: Model | None = None) -> Preferences:
+        """Reads the text of a preference file. Messages call the preferences `name`. `model` is as in `from_file`."""
     @staticmethod
-    def _restore(name: str, text: str) -> Preferences: ...
+    def _restore(name: str, text: str, implied: list[tuple[str, str]] = ...) -> Preferences: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
     @property
     def name(self) -> str:

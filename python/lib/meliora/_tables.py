@@ -43,15 +43,15 @@ def drn(
     called = None if given is None else _state_names(given, size)
     # A state is known by its key and by its name.
     known = {**dict(zip(called or [], range(size))), **(table.numbers or {})}
-    marked = {name: _states(f"label {name!r}", own, size, known) for name, own in dict(labels or {}).items()}
+    marked = {name: _states(f"label {name!r}", own, size, known) for name, own in _named("labels", labels).items()}
     _names("label", marked, None)
     if table.done:
         marked.setdefault(DONE, table.done)
-    initial = range(size) if start is None else _states("start", start, size, known)
+    initial = range(size) if start is None else _states("start", start, size, known, is_distribution=True)
     if not initial:
         _wrong("start: there is no state in it")
     marked["init"] = list(initial)
-    costs = {name: _costs(name, values, known, size, len(names)) for name, values in dict(rewards or {}).items()}
+    costs = {name: _costs(name, own, known, size, len(names)) for name, own in _named("rewards", rewards).items()}
     _names("reward", costs, None)
     return "\n".join(_lines(rows, names, marked, costs, called))
 
@@ -87,8 +87,13 @@ def _read(transitions: Any) -> _Table:
     if not hasattr(transitions, "shape") and isinstance(transitions, Sequence) and not isinstance(transitions, str):
         transitions = _of_lists(transitions)
     shape = getattr(transitions, "shape", None)
+    if shape is not None and len(shape) == 3 and shape[1] == shape[2] != shape[0]:
+        # The layout (A, S, S) of other packages.
+        names = [f"a{action}" for action in range(shape[0])]
+        matrices = list(transitions) if not isinstance(transitions, _Lists) else transitions.tolist()
+        return _Table(_of_matrices(matrices, names), names, [])
     if shape is not None and (len(shape) != 3 or shape[0] != shape[2]):
-        _wrong(f"an array of transitions has the shape (S, A, S), not {tuple(shape)}")
+        _wrong(f"an array of transitions has the shape (S, A, S) or (A, S, S), not {tuple(shape)}")
     if shape is not None:
         names = [f"a{action}" for action in range(shape[1])]
         return _Table(_of_array(transitions), names, [])
@@ -243,6 +248,8 @@ def _entries(matrix: Any) -> Iterable[tuple[int, int, Any]]:
         return zip(cells.row.tolist(), cells.col.tolist(), cells.data.tolist())
     if isinstance(matrix, _Lists):
         return matrix.entries()
+    # A `numpy.matrix` has a row for each list of entries.
+    matrix = getattr(matrix, "A", matrix)
     rows, columns = matrix.nonzero()
     return zip(rows.tolist(), columns.tolist(), matrix[rows, columns].tolist())
 
@@ -259,21 +266,59 @@ def _check_distributions(rows: list[_Row], names: list[str]) -> None:
                 _wrong(f"{where}: the probabilities sum to {total}, not to 1")
 
 
-def _states(what: str, given: Any, size: int, known: Mapping[Any, int]) -> list[int]:
-    """Returns states that are given by a number or a name, several of them, Booleans by state, or a distribution."""
+def _named(what: str, given: Any) -> dict[str, Any]:
+    """Returns a dictionary by names."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        _wrong(f"{what} are a dictionary by their names, not {type(given).__name__}: write `{what}={{'name': …}}`")
+    return dict(given)
+
+
+def _states(
+    what: str, given: Any, size: int, known: Mapping[Any, int], *, is_distribution: bool = False
+) -> list[int]:
+    """Returns states that are given by a number or a name, several of them, Booleans by state, or a distribution, if
+    it may be one."""
     if _is_key(given, known) or (isinstance(given, (str, Integral)) and not isinstance(given, bool)):
         return [_state(what, given, size, known)]
     if isinstance(given, Mapping):
-        # A distribution by states.
+        _check_shares(what, list(given.values()), is_distribution)
         return [_state(what, state, size, known) for state, share in given.items() if share]
     if not isinstance(given, Iterable):
         _wrong(f"{what}: expected states, or a Boolean for each state, not {given!r}")
-    values = given.tolist() if hasattr(given, "tolist") else list(given)
-    if values and all(isinstance(value, (bool, float)) for value in values):
+    values = [_plain(value) for value in (given.tolist() if hasattr(given, "tolist") else given)]
+    kinds = {type(value) for value in values}
+    if kinds & {bool, float} and kinds <= {bool, float, int}:
         if len(values) != size:
             _wrong(f"{what}: {len(values)} values for {size} states")
+        _check_shares(what, values, is_distribution)
         return [state for state, value in enumerate(values) if value]
+    are_numbers = all(isinstance(value, Integral) and not isinstance(value, bool) for value in values)
+    if are_numbers and len(values) == size and len(set(values)) < size:
+        _wrong(
+            f"{what}: {size} numbers, some of them repeated, for {size} states: for an entry per state write Booleans, "
+            "such as `array == 1`; for numbers of states write each once"
+        )
     return [_state(what, value, size, known) for value in values]
+
+
+def _plain(value: Any) -> Any:
+    """Returns a scalar of NumPy as one of Python."""
+    return value.item() if hasattr(value, "item") and not getattr(value, "shape", ()) else value
+
+
+def _check_shares(what: str, values: list[Any], is_distribution: bool) -> None:
+    """Requires an entry of 0 or 1 for each state or, where it may stand, a distribution."""
+    if all(value in (0, 1) for value in values):
+        return
+    if not is_distribution:
+        wrong = next(value for value in values if value not in (0, 1))
+        _wrong(f"{what}: {wrong!r} is neither 0 nor 1: write a Boolean for each state")
+    shares = [_number(what, value) for value in values]
+    total = math.fsum(shares)
+    if min(shares) < 0 or abs(total - 1) > 1e-6:
+        _wrong(f"{what}: these are not the probabilities of a distribution, which sum to 1: their sum is {total}")
 
 
 def _state(what: str, given: Any, size: int, known: Mapping[Any, int]) -> int:
@@ -299,8 +344,10 @@ def _names(what: str, given: Iterable[Any], count: int | None) -> list[str]:
     for name in names:
         if not isinstance(name, str) or not name.isascii() or not name.isidentifier() or name in ("init", "deadlock"):
             _wrong(f"{name!r} cannot be the name of a {what}: names consist of letters, digits and `_`")
-    if len(set(names)) != len(names) or (count is not None and len(names) != count):
-        _wrong(f"expected {count if count is not None else 'different'} {what} names, found {', '.join(names)}")
+    if len(set(names)) != len(names):
+        _wrong(f"two {what}s are called {next(name for name in names if names.count(name) > 1)!r}")
+    if count is not None and len(names) != count:
+        _wrong(f"expected {count} {what} names, found {', '.join(names)}")
     return names
 
 

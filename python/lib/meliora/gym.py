@@ -156,7 +156,7 @@ def _is_called(name: str, action: str) -> bool:
     return name == action or name.startswith(f"{action}(")
 
 
-class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
+class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any], gymnasium.utils.RecordConstructorArgs):
     """An environment that takes only actions that a shield permits.
 
     ``info["action_mask"]`` of ``reset`` and ``step`` says which actions are permitted next, and ``info["corrected"]`` of
@@ -175,7 +175,9 @@ class ShieldedEnv(gymnasium.Wrapper[Any, Any, Any, Any]):
     def __init__(
         self, env: gymnasium.Env[Any, Any], shield: Shield, state: Callable[[Any], Any] | None = None
     ) -> None:
-        super().__init__(env)
+        # So that `gymnasium.make` can build it again from its `spec`; a shield has one episode.
+        gymnasium.utils.RecordConstructorArgs.__init__(self, _disable_deepcopy=True, shield=shield.copy(), state=state)
+        gymnasium.Wrapper.__init__(self, env)
         self.shield = shield
         self._state = state or _itself
         self._now: Any = None
