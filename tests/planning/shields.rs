@@ -475,13 +475,17 @@ fn a_shield_of_possible_improvements_is_none_of_sure_ones() {
 
 #[test]
 fn the_objective_of_achieve_does_not_change_on_the_way() {
-    let analysis = analysed(3, Safety::Action);
-    let mut strategy = analysis.strategy_of(StrategyKind::Achieve, Choose::First, Some("A")).unwrap();
-    let mut shield = Shield::new(&mut strategy, 1000).unwrap();
-    assert_eq!(shield.fault(), None);
-    let pursuing: Vec<usize> =
-        (0..shield.nodes.len()).filter(|&v| !shield.nodes[v].pursues.is_empty()).collect();
-    assert!(pursuing.len() > 1);
-    shield.nodes[pursuing[1]].pursues = vec!["B".to_owned()];
-    assert!(shield.fault().unwrap().contains("pursues other objectives"), "{:?}", shield.fault());
+    let mut refused = 0;
+    for seed in 0..50 {
+        let analysis = analysed(seed, Safety::Action);
+        let mut strategy = analysis.strategy_of(StrategyKind::Achieve, Choose::First, Some("A")).unwrap();
+        let mut shield = Shield::new(&mut strategy, 1000).unwrap();
+        assert_eq!(shield.fault(), None);
+        let mut pursuing = (0..shield.nodes.len()).filter(|&v| !shield.nodes[v].pursues.is_empty());
+        let Some(second) = pursuing.nth(1) else { continue };
+        shield.nodes[second].pursues = vec!["B".to_owned()];
+        assert!(shield.fault().unwrap().contains("pursues other objectives"), "{:?}", shield.fault());
+        refused += 1;
+    }
+    assert!(refused > 10, "{refused}");
 }
