@@ -231,11 +231,16 @@ fn strategies_of_several_objectives_are_written_and_attain_the_answer() {
     };
     let (found, mix) = ask("multi(Pmax=? [ F x=2 ], P>=0.2 [ F x=1 ])");
     assert_eq!(found.status, 0, "{found:?}");
+    // A share is a number where a decimal is exact, and else a fraction.
+    let number = |share: &Json| match share.as_str().and_then(|text| text.split_once('/')) {
+        Some((a, b)) => a.parse::<f64>().unwrap() / b.parse::<f64>().unwrap(),
+        None => share.as_f64().unwrap(),
+    };
     let shares: Vec<(String, f64)> = mix.unwrap()["strategies"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|strategy| (first(strategy), strategy["share"].as_f64().unwrap()))
+        .map(|strategy| (first(strategy), number(&strategy["share"])))
         .collect();
     assert_eq!(shares.len(), 2);
     for (action, share) in shares {
