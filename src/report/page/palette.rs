@@ -47,25 +47,44 @@ pub(super) fn scale(share: f64) -> Rgb {
     mix(LADDER[below], LADDER[below + 1], place - below as f64)
 }
 
-/// Returns the colour of a share and the colour of texts on it, as values of CSS. The light end follows
-/// the theme of the page.
+/// Returns the colour of a share and the colour of texts on it, as values of CSS, which follow the theme of
+/// the page.
 pub(super) fn scaled(share: f64) -> (String, &'static str) {
-    let (color, percent) = (scale(share), 100.0 * share * (LADDER.len() - 1) as f64);
-    let ink = if ink(color) == "#ffffff" { "#ffffff" } else { ink(LADDER[0]) };
+    let place = share.clamp(0.0, 1.0) * (LADDER.len() - 1) as f64;
+    let below = (place as usize).min(LADDER.len() - 2);
+    let (from, to, percent) = (LADDER[below], LADDER[below + 1], 100.0 * (place - below as f64));
     match percent {
-        p if p > 0.0 && p < 100.0 => {
-            (format!("color-mix(in srgb, {}, {} {p:.0}%)", css(LADDER[0]), hex(LADDER[1])), ink)
+        0.0 => (css(from), ink(from)),
+        100.0 => (css(to), ink(to)),
+        p => {
+            let ink = if is_dark(scale(share)) { ink(to) } else { ink(from) };
+            (format!("color-mix(in srgb, {}, {} {p:.0}%)", css(from), css(to)), ink)
         }
-        _ => (css(color), ink),
     }
 }
 
-/// Returns a colour as a value of CSS; the lightest colours follow the theme of the page.
+/// Returns a colour as a value of CSS. The colours of numbers follow the theme of the page: more
+/// improvements are darker in the light theme, and lighter in the dark one.
 pub(super) fn css(color: Rgb) -> String {
+    match name(color) {
+        Some((name, _)) => format!("var(--{name}, {})", hex(color)),
+        None => hex(color),
+    }
+}
+
+/// Returns the variable of CSS that a colour has, and the value for texts on it.
+fn name(color: Rgb) -> Option<(&'static str, &'static str)> {
+    const NAMES: [(&str, &str); 5] = [
+        ("one", "var(--one-ink, #1a1a1a)"),
+        ("two", "var(--two-ink, #ffffff)"),
+        ("three", "var(--three-ink, #ffffff)"),
+        ("four", "var(--four-ink, #ffffff)"),
+        ("five", "var(--five-ink, #ffffff)"),
+    ];
     match color {
-        NONE => format!("var(--none, {})", hex(NONE)),
-        color if color == LADDER[0] => format!("var(--one, {})", hex(color)),
-        _ => hex(color),
+        NONE => Some(("none", "var(--none-ink, #6b685e)")),
+        UNBOUNDED => Some(("any", "var(--any-ink, #ffffff)")),
+        _ => LADDER.iter().position(|&known| known == color).map(|step| NAMES[step]),
     }
 }
 
@@ -88,14 +107,16 @@ fn mix(from: Rgb, to: Rgb, share: f64) -> Rgb {
 
 /// Returns black or white, whichever is more readable on a colour.
 pub(super) fn ink(on: Rgb) -> &'static str {
-    let [r, g, b] = on.map(f64::from);
-    if on == NONE {
-        return "var(--none-ink, #6b685e)";
+    match name(on) {
+        Some((_, ink)) => ink,
+        None if is_dark(on) => "#ffffff",
+        None => "#1a1a1a",
     }
-    if on == LADDER[0] {
-        return "var(--one-ink, #1a1a1a)";
-    }
-    if 0.299 * r + 0.587 * g + 0.114 * b > 140.0 { "#1a1a1a" } else { "#ffffff" }
+}
+
+fn is_dark(color: Rgb) -> bool {
+    let [r, g, b] = color.map(f64::from);
+    0.299 * r + 0.587 * g + 0.114 * b <= 140.0
 }
 
 /// `#rrggbb`
@@ -108,12 +129,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_light_end_of_the_scale_follows_the_theme() {
+    fn the_colours_of_the_scale_follow_the_theme() {
         let (light, one) = ("var(--one, #bee6c8)", "var(--one-ink, #1a1a1a)");
         assert_eq!(scaled(0.0), (light.to_owned(), one));
-        assert_eq!(scaled(0.05), (format!("color-mix(in srgb, {light}, #2e98b8 20%)"), one));
-        assert_eq!(scaled(0.25), (hex(LADDER[1]), "#ffffff"));
-        assert_eq!(scaled(1.0), (hex(LADDER[4]), "#ffffff"));
+        let two = ("var(--two, #2e98b8)", "var(--two-ink, #ffffff)");
+        assert_eq!(scaled(0.05), (format!("color-mix(in srgb, {light}, {} 20%)", two.0), one));
+        assert_eq!(scaled(0.25), (two.0.to_owned(), two.1));
+        assert_eq!(scaled(1.0), ("var(--five, #2c2d7d)".to_owned(), "var(--five-ink, #ffffff)"));
     }
 
     #[test]
