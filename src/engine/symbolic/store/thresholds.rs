@@ -19,7 +19,7 @@ pub struct Thresholds {
     /// select the engine.
     pub work_before_diagrams: u64,
     /// Steps of diagrams for a question, for each unit of work in which the explicit engine lists the states; after
-    /// these it takes over. A step takes about as long as a unit.
+    /// these it takes over. A unit takes about as long as four steps.
     pub steps_per_work: u64,
     /// Initial number of entries of the operation cache, if the memory suffices. Models with many nodes get more once
     /// their states are known.
@@ -34,7 +34,7 @@ impl Default for Thresholds {
             relations_per_bit: 4,
             first_turn: 1 << 19,
             work_before_diagrams: 1 << 16,
-            steps_per_work: 1,
+            steps_per_work: 4,
             cache: 1 << 20,
             first_collection: 16_000_000,
         }
