@@ -52,4 +52,4 @@ for episode in range(200):
         observation, reward, over, _, info = environment.step(action)
         total += reward
     totals.append(total)
-print(f"{min(totals):.0f} improvements or more in all of {len(totals)} plays")
+print(f"At least {min(totals):.0f} in each of {len(totals)} plays: improvements")

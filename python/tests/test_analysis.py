@@ -185,8 +185,9 @@ def test_small_models_are_explicit_with_the_engine_auto() -> None:
 def test_safety_and_levels_can_be_chosen(robot: meliora.Model, engine: Engine) -> None:
     path = MODELS / "robot5x5.pref"
     explored = robot.explore(scope="all", engine=engine)
-    assert explored.check(path).sasi.counts == [760, 96]
-    prefix = explored.check(path, safety="prefix")
+    assert explored.check(path, safety="action").sasi.counts == [760, 96]
+    prefix = explored.check(path)
+    assert prefix.sasi.counts == [285] and prefix.safety == "prefix"
     assert prefix.spi.counts == [955, 246] and prefix.improvement is None
     cut = explored.check(path, safety="transition", max_level=1)
     assert cut.sasi.counts == [768] and not cut.sasi.complete and cut.complete

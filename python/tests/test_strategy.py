@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 
@@ -92,8 +93,11 @@ def test_plays_are_arrays(found: meliora.Analysis, robot: meliora.Model) -> None
 
 
 def test_what_is_safe_never_weakens(robot: meliora.Model, wishes: meliora.Preferences, engine: Engine) -> None:
-    plays = robot.check(wishes, engine=engine).strategy("spi").simulate(robot.state(), runs=100, steps=50)
-    assert (plays.weakened_step, plays.weakened_start) == (0, 0)
+    def plays(safety: Any) -> Any:
+        found = robot.check(wishes, safety=safety, engine=engine)
+        return found.strategy("spi").simulate(robot.state(), runs=100, steps=50)
+
+    assert (plays("action").weakened_step, plays("prefix").weakened_start) == (0, 0)
 
 
 def test_a_seed_means_the_same_plays(robot: meliora.Model, wishes: meliora.Preferences) -> None:

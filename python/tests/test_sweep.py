@@ -73,7 +73,7 @@ def test_a_table_of_pandas_and_a_list_have_the_same_rows(engine: Any, monkeypatc
     pandas = pytest.importorskip("pandas")
 
     def sweep() -> Any:
-        return meliora.sweep(*CHAIN, N=[2, 4], engine=engine, max_level=3)
+        return meliora.sweep(*CHAIN, N=[2, 4], engine=engine, safety="action", max_level=3)
 
     table = sweep()
     assert isinstance(table, pandas.DataFrame) and str(table["sasi_2"].dtype) == "Int64"
