@@ -190,6 +190,9 @@ pub(crate) fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<
     Ok(Arena { reference: None, states: engine.all_states(), choices, edge_labels, twin: None })
 }
 
+/// Safe_c with the choices that stay in it.
+type Safe<E> = Region<<E as Engine>::States, <E as Engine>::Choices>;
+
 /// Computes the arenas under [`Safety::Prefix`]: for each class c, Safe_c = νZ. S \ Worse(c) ∩ { s
 /// : some choice has all successors in Z }.
 ///
@@ -198,7 +201,7 @@ pub(crate) fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<
 pub(crate) fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<Arena<E>>> {
     let mut order = Vec::from_iter(0..classes.list.len());
     order.sort_by_cached_key(|&class| classes.list[class].weakened_by());
-    let mut known: Vec<(&Class<E>, Region<E::States, E::Choices>)> = Vec::new();
+    let mut known: Vec<(&Class<E>, Safe<E>)> = Vec::new();
     let mut arenas = Vec::with_capacity(order.len());
     for reference in order {
         let class = &classes.list[reference];
@@ -222,11 +225,7 @@ pub(crate) fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<
 }
 
 /// Computes Safe_c, given Safe of a class that fewer classes weaken. Cost: one `stay_within`.
-fn safe_states<E: Engine>(
-    engine: &E,
-    class: &Class<E>,
-    wider: Option<&Region<E::States, E::Choices>>,
-) -> Result<Region<E::States, E::Choices>> {
+fn safe_states<E: Engine>(engine: &E, class: &Class<E>, wider: Option<&Safe<E>>) -> Result<Safe<E>> {
     let (states, choices) = match wider {
         Some(wider) => (wider.states.clone(), wider.choices.clone()),
         None => (engine.all_states(), engine.all_choices()),

@@ -268,7 +268,7 @@ fn opening(projections: &Projections) -> View {
         let found = places().filter_map(|(row, column)| projections.found(view, row, column));
         let exact: Vec<bool> = found.map(|(_, exact)| exact).collect();
         let elsewhere = exact.iter().filter(|exact| !**exact).count();
-        (2 * elsewhere > exact.len()).then_some(elsewhere).unwrap_or_default()
+        if 2 * elsewhere > exact.len() { elsewhere } else { 0 }
     };
     if faded(&start) == 0 {
         return start;
