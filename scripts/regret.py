@@ -2,17 +2,19 @@
 """Measures the regret of the automatic choices: the time of `auto` over that of the best choice by hand.
 
 usage: regret.py SOURCE… [--root FOLDER] [--half tuned|held-out|both] [--part N] [--minutes N] [--limit 15]
-                 [--floor 0.2] [--choices auto,explicit,…] [--json FILE] [--markdown FILE] [--meliora BINARY]
+                 [--floor 0.2] [--threads 1] [--choices auto,explicit,…] [--json FILE] [--markdown FILE]
+                 [--meliora BINARY]
 
 SOURCE is one collection, NAME=PATH or PATH:
   a JSON list     objects with `id`, `model` (relative to --root, or else to the list), `constants`, and `target`,
                   `property`, or `targets` (a list as in an oracle.json, whose last target is asked for)
   models          a folder of PRISM models with a label `goal`, which are asked for a strong cyclic plan,
                   Pmax>=1 [ F "goal" ]
+  worlds          a folder of models with a preference file of the same name each, which are given to `check`
   networks        a folder with Boolean networks (`*.bnet`), which are asked for the states that reach their last variable
 
 Each choice is a `meliora reach` of its own with --limit seconds of processor time, and `auto` with four times as many, so
-a busy machine does not matter much. Times below --floor count as --floor, so nothing else is run if `auto` takes less.
+a busy machine does not matter much. With more than one --threads for `auto`, times are those of a clock. Times below --floor count as --floor, so nothing else is run if `auto` takes less.
 An instance belongs to the half that a hash of its name says: choose rules on the tuned half only, and judge them by
 both. The collections take turns, each in the order of the hash, so an interrupted run has a random part of each: --part
 N leaves all but one in N instances out, and no instance begins after --minutes.
@@ -53,6 +55,7 @@ class Instance:
     name: str
     model: Path
     question: tuple[str, ...]
+    preferences: Path | None = None
 
     @property
     def half(self) -> str:
@@ -78,7 +81,11 @@ def instances(source: str, root: Path | None, folder: Path) -> Iterator[Instance
     collection = name or path.stem
     if path.is_dir():
         for model in sorted(path.glob("*.prism")):
-            yield Instance(collection, model.stem, model, ("--property", PLAN))
+            preferences = model.with_suffix(".pref")
+            if preferences.exists():
+                yield Instance(collection, model.stem, model, (), preferences)
+            else:
+                yield Instance(collection, model.stem, model, ("--property", PLAN))
         for number, file in boolean_networks.files(path):
             network = boolean_networks.Network.read(number, file)
             if network.functions:
@@ -105,28 +112,35 @@ def in_turns(collections: list[list[Instance]]) -> list[Instance]:
 class Choices:
     """Runs the choices on an instance."""
 
-    def __init__(self, meliora: str, limit: int, folder: Path) -> None:
-        self.meliora, self.limit, self.folder = meliora, limit, folder
+    def __init__(self, meliora: str, limit: int, threads: int, folder: Path) -> None:
+        self.meliora, self.limit, self.threads, self.folder = meliora, limit, threads, folder
 
     def run(self, instance: Instance, choice: str) -> Run:
-        command = [self.meliora, "reach", str(instance.model), *instance.question, *self.options(instance, choice)]
+        asked = ["reach", str(instance.model), *instance.question]
+        if instance.preferences:
+            asked = ["check", str(instance.model), str(instance.preferences)]
+        command = [self.meliora, *asked, *self.options(instance, choice)]
         limit = self.limit * (AUTO_SHARE if choice == "auto" else 1)
         limited = ["sh", "-c", 'ulimit -t "$0"; exec "$@"', str(limit), *command, "--json", "--quiet"]
         finished = harness.run(limited, 60.0 * limit)
         report = harness.json_object(finished.stdout) or {}
         # A property that does not hold has status 1.
         found = answer(report) if finished.status in (0, 1) else None
-        return Run(finished.cpu_seconds, found)
+        return Run(finished.cpu_seconds if self.threads == 1 else finished.seconds, found)
 
     def runs(self, instance: Instance, choices: list[str], floor: float) -> dict[str, Run]:
         """Runs the choices, `auto` first; only that if it takes less than `floor`."""
         runs = {"auto": self.run(instance, "auto")}
         if runs["auto"].found is None or runs["auto"].seconds > floor:
-            runs |= {choice: self.run(instance, choice) for choice in choices if choice != "auto"}
+            # All valuations are another question for `check`.
+            others = [c for c in choices if c != "auto" and not (instance.preferences and "+" in c)]
+            runs |= {choice: self.run(instance, choice) for choice in others}
         return runs
 
     def options(self, instance: Instance, choice: str) -> list[str]:
-        if choice in ("auto", "explicit"):
+        if choice == "auto":
+            return ["--threads", str(self.threads)]
+        if choice == "explicit":
             return ["--engine", choice]
         order, _, scope = choice.partition("+")
         named = order if order == "declared" else str(self.order(instance, order))
@@ -148,8 +162,9 @@ class Choices:
 
 
 def answer(report: dict[str, Any]) -> str:
-    """What a report says about the initial states, which all scopes agree on."""
-    return json.dumps({key: report.get(key) for key in ("initial", "holds")}, sort_keys=True)
+    """What a report says about the initial states, which all scopes agree on, and about the levels."""
+    keys = ("initial", "holds", "objectives", "classes", "sasi", "spi")
+    return json.dumps({key: report.get(key) for key in keys}, sort_keys=True)
 
 
 def regret(runs: dict[str, Run], floor: float) -> tuple[float, str, float]:
@@ -198,7 +213,7 @@ def measure(options: argparse.Namespace, folder: Path) -> int:
     results: list[tuple[Instance, dict[str, Run]]] = []
     differ = 0
     lines = ["| instance | half | `auto`, s | best choice | s | regret |", "| --- | --- | --- | --- | --- | --- |"]
-    choices = Choices(meliora, options.limit, folder)
+    choices = Choices(meliora, options.limit, options.threads, folder)
     end = time.monotonic() + 60.0 * options.minutes
     for instance in wanted:
         if time.monotonic() > end:
@@ -232,6 +247,7 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=math.inf, help="begin no instance later")
     parser.add_argument("--limit", type=int, default=15, help="seconds of processor time of each choice")
     parser.add_argument("--floor", type=float, default=0.2, help="times below count as this many seconds")
+    parser.add_argument("--threads", type=int, default=1, help="threads of `auto`")
     parser.add_argument("--choices", type=lambda text: text.split(","), default=list(CHOICES))
     parser.add_argument("--json", type=Path)
     parser.add_argument("--markdown", type=Path)

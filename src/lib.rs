@@ -39,8 +39,9 @@
 //! The library never prints, reads the clock or the environment, or ends the process; only the
 //! command does (feature `cli`). A computation that runs out of memory or time returns
 //! [`error::Limit`] and keeps its results. A [`progress::ProgressSink`] cancels the work. One
-//! thread does all work on a model. Only `supervise`, a feature for the command and the Python package,
-//! keeps threads, and measures time and memory.
+//! thread does all work of an engine. A [`Selection`](engine::Selection) that is open lets several engines race, each in
+//! a thread that ends with the answer; as many run at once as [`Settings::threads`] says. Only `supervise`, a feature for
+//! the command and the Python package, keeps threads, and measures time and memory.
 //!
 //! # The crates
 //!
@@ -153,9 +154,9 @@ pub mod dump {
 pub mod engine {
     #[doc(inline)]
     pub use meliora_engine::{
-        Algebra, AnyEngine, Count, Decision, Dumpable, EdgeLabels, Engine, ExplicitEngine, Guided, Guiding,
-        Initially, NoProgress, Order, ProgressSink, Region, Scope, Selection, Settings, Storage,
-        SymbolicEngine, Usage, regions,
+        Algebra, AnyEngine, Count, Dumpable, EdgeLabels, Engine, ExplicitEngine, Guided, Guiding, NoProgress,
+        Order, ProgressSink, Question, Racer, Region, Scope, Selection, Settings, Storage, SymbolicEngine,
+        Usage, regions,
     };
 }
 

@@ -37,20 +37,21 @@ impl Exploration {
         Exploration { inner, space, model, counts: Mutex::new(None) }
     }
 
-    /// Explores a model; `object` is the model in Python.
+    /// Explores a model with the engine of the settings, or with whichever is the first to know all states; `object` is
+    /// the model in Python.
     ///
     /// # Errors
     /// The errors of [`meliora::Model::explore`], and of the call.
     pub(crate) fn explore(
         (model, object): (&meliora::Model, Bound<'_, PyAny>),
         space: Space,
-        settings: Settings,
+        (settings, is_any): (Settings, bool),
         call: &Call,
     ) -> PyResult<Self> {
         let (py, model) = (object.py(), model.clone());
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("states", String::new());
-            model.explore(settings)
+            if is_any { model.explore_by_any(settings) } else { model.explore(settings) }
         };
         let inner = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
         Ok(Exploration::new(inner, space, object.unbind()))

@@ -87,9 +87,9 @@ impl Model {
 
     fn explored(slf: &Bound<'_, Self>, asked: &Asked<'_, '_>, call: &Call) -> PyResult<Exploration> {
         let model = slf.get();
-        let (settings, worker) = asked.settings(model.inner.program())?;
+        let (settings, is_any, worker) = asked.settings()?;
         let space = Space { worker, names: Arc::clone(&model.names) };
-        Exploration::explore((&model.inner, slf.clone().into_any()), space, settings, call)
+        Exploration::explore((&model.inner, slf.clone().into_any()), space, (settings, is_any), call)
     }
 }
 
@@ -383,7 +383,7 @@ impl Model {
     /// Args:
     ///     scope: The valuations that are states: "reachable" from the initial states, or "all".
     ///     engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list,
-    ///         "auto" for "explicit" if the model is so small that this is faster.
+    ///         "auto" for the first of both to know all states.
     ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
     ///         the machine's memory.
     ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
@@ -475,7 +475,7 @@ impl Model {
         let call = Call::new(timeout, progress)?;
         if stop_at_target {
             let model = slf.get();
-            let (settings, worker) = asked.settings(model.inner.program())?;
+            let (settings, _, worker) = asked.settings()?;
             let space = Space { worker, names: Arc::clone(&model.names) };
             let question = (&model.inner, target.to_owned());
             return Exploration::reach_stopping(slf.py(), question, &space, settings, &call);

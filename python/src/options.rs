@@ -4,7 +4,6 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use meliora::engine::Order;
-use meliora::model::Program;
 use meliora::planning::{Opponent, Options, Scheduler, StrategyKind};
 use meliora::supervise::memory::{default_memory, parse};
 use meliora::{Exploration, Safety, Scope, Settings, SourceFile, Storage};
@@ -31,22 +30,12 @@ pub(crate) fn scope(name: &str) -> PyResult<Scope> {
     named("scope", name, Scope::ALL, Scope::name)
 }
 
-/// The most valuations of a model for which "auto" is the explicit engine.
-const MOST_VALUATIONS: u64 = 1 << 12;
-
-/// Returns whether the ranges of all variables have few combinations of values.
-fn has_few_valuations(program: &Program) -> bool {
-    let mut sizes = program.variables.iter().map(|v| (v.high.wrapping_sub(v.low) as u64).checked_add(1));
-    sizes.try_fold(1_u64, |n, size| n.checked_mul(size?)).is_some_and(|n| n <= MOST_VALUATIONS)
-}
-
-/// Returns the engine with a name; "auto" is the explicit one for few valuations and without an order.
-fn engine(name: &str, program: &Program, order: &Order) -> PyResult<Storage> {
+/// Returns the engine with a name; `None` for "auto".
+fn engine(name: &str) -> PyResult<Option<Storage>> {
     if name == "auto" {
-        let is_explicit = *order == Order::Auto && has_few_valuations(program);
-        return Ok(if is_explicit { Storage::Explicit } else { Storage::Symbolic });
+        return Ok(None);
     }
-    name.parse().map_err(|_| {
+    name.parse().map(Some).map_err(|_| {
         let names: Vec<String> = Storage::ALL.iter().map(|storage| format!("{:?}", storage.name())).collect();
         usage(format!("engine={name:?}: it is one of \"auto\", {}", names.join(", ")))
     })
@@ -106,27 +95,29 @@ pub(crate) struct Asked<'a, 'py> {
 }
 
 impl Asked<'_, '_> {
-    /// Converts the options for a program to settings of the library, with a new worker.
+    /// Converts the options to settings of the library, with a new worker, and whether the engine that is the first to
+    /// know all states is taken: that is so for "auto" without an order.
     ///
     /// # Errors
     /// `UsageError` if an option is unknown, or options are inconsistent.
-    pub(crate) fn settings(&self, program: &Program) -> PyResult<(Settings, Arc<Worker>)> {
+    pub(crate) fn settings(&self) -> PyResult<(Settings, bool, Arc<Worker>)> {
         let order = order(self.order)?;
-        let storage = engine(self.engine, program, &order)?;
-        if storage == Storage::Explicit && order != Order::Auto {
+        let named = engine(self.engine)?;
+        if named == Some(Storage::Explicit) && order != Order::Auto {
             return Err(usage("`order` orders bits of diagrams: the engine \"explicit\" has none"));
         }
         let memory = self.memory.map_or_else(|| Ok(default_memory()), memory)?;
         let worker = Worker::new(memory);
+        let is_any = named.is_none() && order == Order::Auto;
         let settings = Settings {
             scope: scope(self.scope)?,
-            storage,
+            storage: named.unwrap_or_default(),
             memory,
             order,
             sink: Arc::clone(&worker.supervisor) as _,
             ..Settings::default()
         };
-        Ok((settings, worker))
+        Ok((settings, is_any, worker))
     }
 }
 

@@ -14,7 +14,7 @@ pub trait ProgressSink: Send + Sync {
         None
     }
 
-    /// Receives the number of steps that decision diagrams took since the last call.
+    /// Receives the number of steps of the work since the last call. A step is one of decision diagrams, or takes as long.
     fn advance(&self, _steps: u64) {}
 
     /// Returns the time on the caller's clock, for events with durations; always 0 if the caller
@@ -64,6 +64,7 @@ impl<'o> Poll<'o> {
     pub fn should_stop(&mut self) -> bool {
         self.steps = self.steps.wrapping_add(1);
         if self.limit.is_none() && self.steps.is_multiple_of(STEPS_BETWEEN_QUERIES) {
+            self.sink.advance(STEPS_BETWEEN_QUERIES.into());
             self.limit = self.sink.stop();
         }
         self.limit.is_some()

@@ -81,13 +81,22 @@ impl Checked for CheckReport {
 
 fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
-    let (question, engine, ()) = plan::prepared(job, given, |question| {
+    let (question, ()) = plan::read(job, given, |question| {
         read(job, question);
         Ok(())
     })?;
-    let mut analysis = analyse(job, &engine, &question, &args.preferences)?;
+    plan::raced(job, given, &question, &|job, engine| answered(job, engine, &question, args))
+}
+
+fn answered<E: Engine>(
+    job: &Job<CheckReport>,
+    engine: &Arc<E>,
+    question: &Question,
+    args: &CheckArgs,
+) -> Result<(), Error> {
+    let mut analysis = analyse(job, engine, question, &args.preferences)?;
     if args.shown.verbose > 0 && !args.shown.json {
-        cycles(job, &analysis, &question, LISTED)?;
+        cycles(job, &analysis, question, LISTED)?;
         by_step(job, &analysis, LISTED)?;
     }
     if args.jointly {
@@ -96,7 +105,7 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         let initial = analysis.initial_prospects(&question.program, LISTED)?;
         job.update(|r| r.initial = initial);
     }
-    gains(job, args, &analysis, &question)
+    gains(job, args, &analysis, question)
 }
 
 /// Adds what the improvements of the initial states gain, if the model is small or more is to be told.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use meliora_base::error::{Error, Result};
-use meliora_engine::{AnyEngine, Engine};
+use meliora_engine::Engine;
 use meliora_model::preference::{ObjectiveSet, Preferences};
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
@@ -51,7 +51,6 @@ pub(super) struct ChooseArgs {
 /// The input of a command about strategies.
 pub(super) struct Prepared {
     pub(super) question: Question,
-    pub(super) engine: Arc<AnyEngine>,
     /// The kind of the strategy.
     pub(super) kind: StrategyKind,
     /// The states of `--at`.
@@ -137,7 +136,7 @@ impl ChooseArgs {
         format!("`--choose {choose}` {does}; with `--kind {name}`, {advice}")
     }
 
-    /// Does the same as [`plan::prepared`] for a strategy of a kind, with the states of `--at` and the
+    /// Does the same as [`plan::read`] for a strategy of a kind, with the states of `--at` and the
     /// cost of a step. `check` checks other options once the model is known.
     ///
     /// # Errors
@@ -156,8 +155,8 @@ impl ChooseArgs {
             self.objectives(kind, &question.preferences)?;
             Ok((at, self.costs(&question.program, &job.sink)?))
         };
-        let (question, engine, (at, costs)) = plan::prepared(job, given, read)?;
-        Ok(Prepared { question, engine, kind, at, costs })
+        let (question, (at, costs)) = plan::read(job, given, read)?;
+        Ok(Prepared { question, kind, at, costs })
     }
 
     fn objectives(&self, kind: StrategyKind, preferences: &Preferences) -> Result<ObjectiveSet> {

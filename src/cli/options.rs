@@ -63,7 +63,8 @@ pub(super) struct ModelArgs {
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
-    /// Maximum number of threads for a model; one thread does all work on a model now
+    /// Maximum number of threads for a model: as many ways to the answer are tried at once [default: the cores that
+    /// the process may use]
     #[arg(help_heading = LIMITS, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
 
@@ -94,6 +95,12 @@ impl ModelArgs {
     /// Returns the memory limit of the engine, in bytes.
     pub(super) fn memory(&self) -> u64 {
         self.memory.unwrap_or_else(memory::default_memory) / self.sharing
+    }
+
+    /// Returns the number of threads.
+    pub(super) fn threads(&self) -> usize {
+        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.threads.map_or_else(cores, usize::from)
     }
 
     /// Returns the limits of a run.

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use meliora_base::error::Error;
-use meliora_engine::{AnyEngine, Engine};
+use meliora_engine::Engine;
 use meliora_model::Program;
 use meliora_model::preference::ObjectiveSet;
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
 use meliora_report::envelope::{Envelope, Findings};
 
-use super::engines;
+use super::engines::{self, Answer, Early, Request};
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs};
 use super::phases;
@@ -24,31 +24,42 @@ pub(super) struct Arguments<'a> {
     pub(super) engine: &'a EngineArgs,
 }
 
-/// Reads the model and the preferences, then `more` of the arguments, and explores the model with
-/// the engine that the arguments select.
+/// Reads the model and the preferences, then `more` of the arguments.
 ///
 /// # Errors
-/// The input is wrong, or a limit is hit.
-pub(super) fn prepared<F: Findings, T>(
+/// The input is wrong.
+pub(super) fn read<F: Findings, T>(
     job: &Job<Envelope<F>>,
     Arguments { model, preferences, engine }: Arguments<'_>,
     more: impl FnOnce(&mut Question) -> Result<T, Error>,
-) -> Result<(Question, Arc<AnyEngine>, T), Error> {
+) -> Result<(Question, T), Error> {
     let read = || {
         let mut question = load::question(model, preferences, &job.sink)?;
         let more = more(&mut question)?;
         Ok((question, more))
     };
     let (question, more) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let mut selected = engine.select(model);
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
-        r.header.select(&selected);
+        r.header.select(&engine.select(model));
     });
-    let build = || engines::engine_for(&question.program, model, &mut selected, false, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    job.update(|r| r.header.select(&selected));
-    Ok((question, engine, more))
+    Ok((question, more))
+}
+
+/// Answers a question by the engine that the arguments select; see [`engines::raced`].
+///
+/// # Errors
+/// The errors of [`engines::raced`].
+pub(super) fn raced<F: Findings + Clone + Send, T: Send>(
+    job: &Job<Envelope<F>>,
+    Arguments { model, engine, .. }: Arguments<'_>,
+    question: &Question,
+    answer: Answer<'_, F, T>,
+) -> Result<T, Error> {
+    let (program, selected) = (&question.program, engine.select(model));
+    let request =
+        Request { program, args: model, selected, lists_states: false, early: Early::default(), answer };
+    engines::raced(job, &request)
 }
 
 /// Runs the analysis with these phases for the levels.

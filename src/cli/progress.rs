@@ -27,8 +27,30 @@ pub(super) struct TerminalSink {
     line: Mutex<Option<ProgressLine>>,
     quiet: bool,
     verbose: u8,
+    /// The end of the share of the time that the work has now.
+    share: Mutex<Option<Instant>>,
     /// The limit that ended a share of the work.
     ended: Mutex<Option<Limit>>,
+    /// The warnings of a way that is not shown, and the texts of those that were written.
+    held: Mutex<Vec<Message>>,
+    warned: Mutex<Vec<String>>,
+    /// The place of the sink in a race.
+    lane: Lane,
+}
+
+/// The place of a sink in a race.
+enum Lane {
+    /// It is the sink of the whole run; with the way whose progress and messages are shown, once there is one.
+    Whole(Mutex<Option<usize>>),
+    /// It is the sink of a way of this run.
+    Way(Arc<TerminalSink>, usize),
+}
+
+/// A warning.
+#[derive(Debug)]
+enum Message {
+    Text(String),
+    Pointed(Vec<Diagnostic>),
 }
 
 impl TerminalSink {
@@ -41,8 +63,53 @@ impl TerminalSink {
             line: Mutex::default(),
             quiet: shown.quiet,
             verbose: shown.verbose,
+            share: Mutex::default(),
             ended: Mutex::default(),
+            held: Mutex::default(),
+            warned: Mutex::default(),
+            lane: Lane::Whole(Mutex::default()),
         }
+    }
+
+    /// Returns the sink of a way of a race. Its messages are kept until the way is shown.
+    pub(super) fn of_way(self: &Arc<Self>, way: usize) -> Self {
+        TerminalSink {
+            supervisor: Arc::clone(&self.supervisor),
+            reported: Mutex::default(),
+            open: Mutex::new(lock(&self.open).clone()),
+            last_end: Mutex::new(self.last_end()),
+            line: Mutex::default(),
+            quiet: self.quiet,
+            verbose: self.verbose,
+            share: Mutex::new(*lock(&self.share)),
+            ended: Mutex::default(),
+            held: Mutex::default(),
+            warned: Mutex::default(),
+            lane: Lane::Way(Arc::clone(self), way),
+        }
+    }
+
+    /// Shows the progress and the messages of one way from now on, or of all if there is none.
+    pub(super) fn show(&self, way: Option<&TerminalSink>) {
+        let Lane::Whole(shown) = &self.lane else { return };
+        *lock(shown) = way.and_then(|way| if let Lane::Way(_, way) = way.lane { Some(way) } else { None });
+        let Some(way) = way else { return };
+        *lock(&self.last_end) = way.last_end();
+        lock(&self.open).clone_from(&lock(&way.open));
+        let held = std::mem::take(&mut *lock(&way.held));
+        held.into_iter().for_each(|message| self.tell(message));
+        if let Some(limit) = lock(&way.ended).take() {
+            self.end_share(limit);
+        }
+    }
+
+    /// Returns the sink of the run if this one is shown: that itself, or that of its way. Before a way is shown, the
+    /// progress of all is.
+    fn shown(&self, is_progress: bool) -> Option<&TerminalSink> {
+        let Lane::Way(whole, own) = &self.lane else { return Some(self) };
+        let Lane::Whole(shown) = &whole.lane else { return None };
+        let is_shown = lock(shown).map_or(is_progress, |shown| shown == *own);
+        is_shown.then_some(whole)
     }
 
     /// Checks for cancellation, for work outside of the library's loops.
@@ -53,9 +120,10 @@ impl TerminalSink {
         self.stop().map_or(Ok(()), Err)
     }
 
-    /// Limits the work that follows; see [`Supervisor::share`].
+    /// Limits the work that follows to its share of the remaining time, if `parts` such parts are left and one more;
+    /// `None` ends this limit.
     pub(super) fn share(&self, parts: Option<usize>) {
-        self.supervisor.share(parts);
+        *lock(&self.share) = parts.and_then(|parts| self.supervisor.share(parts));
     }
 
     /// Notes that a share of the work has ended by a limit.
@@ -76,8 +144,10 @@ impl TerminalSink {
         if self.verbose > 1 && !part.is_empty() {
             self.say_with_time(&part);
         }
-        self.supervisor.set_position(phase, part);
-        self.refresh();
+        if let Some(shown) = self.shown(true) {
+            shown.supervisor.set_position(phase, part);
+            shown.refresh();
+        }
     }
 
     /// Shows that a phase begins.
@@ -117,17 +187,31 @@ impl TerminalSink {
 
     /// Writes a warning to stderr.
     pub(super) fn warn(&self, text: &str) {
-        if !self.quiet {
-            let warning = terminal::stderr_style().warn("warning");
-            self.say(&format!("{warning}: {text}"));
-        }
+        self.tell(Message::Text(text.to_owned()));
     }
 
     /// Writes warnings that point into a text.
     pub(super) fn warn_at(&self, warnings: &[Diagnostic]) {
-        if !self.quiet && !warnings.is_empty() {
-            self.beside_line(|| terminal::point(warnings));
+        if !warnings.is_empty() {
+            self.tell(Message::Pointed(warnings.to_vec()));
         }
+    }
+
+    /// Writes a warning, unless another way has done so; keeps it if this way is not shown.
+    fn tell(&self, message: Message) {
+        let Some(shown) = self.shown(false) else { return lock(&self.held).push(message) };
+        let text = format!("{message:?}");
+        if shown.quiet || lock(&shown.warned).contains(&text) {
+            return;
+        }
+        match &message {
+            Message::Text(text) => {
+                let warning = terminal::stderr_style().warn("warning");
+                shown.say(&format!("{warning}: {text}"));
+            }
+            Message::Pointed(warnings) => shown.beside_line(|| terminal::point(warnings)),
+        }
+        lock(&shown.warned).push(text);
     }
 
     /// Writes a note for `-v`.
@@ -138,7 +222,9 @@ impl TerminalSink {
     }
 
     fn say(&self, text: &str) {
-        self.beside_line(|| terminal::message(text));
+        if let Some(shown) = self.shown(true) {
+            shown.beside_line(|| terminal::message(text));
+        }
     }
 
     /// Hides the progress line while something else is written.
@@ -188,7 +274,8 @@ impl TerminalSink {
 
 impl ProgressSink for TerminalSink {
     fn stop(&self) -> Option<Limit> {
-        self.supervisor.stop()
+        let is_late = || lock(&self.share).is_some_and(|end| end <= Instant::now());
+        self.supervisor.stop().or_else(|| is_late().then(|| self.supervisor.late()))
     }
 
     fn clock(&self) -> Duration {
@@ -197,7 +284,8 @@ impl ProgressSink for TerminalSink {
 
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
         // The first message of each phase is always shown, so that short work shows some too.
-        let is_new = self.verbose > 1 && std::mem::replace(&mut *lock(&self.reported), phase) != phase;
+        let Some(shown) = self.shown(true) else { return };
+        let is_new = self.verbose > 1 && std::mem::replace(&mut *lock(&shown.reported), phase) != phase;
         if !self.supervisor.wants_detail() && !is_new {
             return;
         }

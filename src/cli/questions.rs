@@ -10,21 +10,23 @@ use ahash::AHashMap;
 use meliora::reach::{self, Asking, Under};
 use meliora_base::error::Error;
 use meliora_engine::regions::Which;
-use meliora_engine::{Count, Decision, Engine, Initially, Selection, SymbolicEngine};
+use meliora_engine::{AnyEngine, Count, Engine, Guided, Selection, SymbolicEngine};
 use meliora_lang::refusal::Refusal;
 use meliora_model::Program;
 use meliora_planning::RegionSearch;
+use meliora_planning::policy::Policy;
 use meliora_planning::result::ModelCounts;
 use meliora_report::ReachReport;
 use meliora_report::reach::Share;
 
 use super::asked::Asked;
+use super::engines::{self, Early, Request};
 use super::given::Given;
 use super::judging::{self, Judged};
 use super::regions::{Found, Regions, Shown};
 use super::shares::Shares;
 use super::supervise::Job;
-use super::{engines, policy, terms};
+use super::{policy, terms};
 
 /// Answers the reachability properties with one engine, then each formula with its own, and then the
 /// expressions over states.
@@ -100,53 +102,62 @@ fn run_engine(
     program: &Arc<Program>,
     questions: &[(&Asking, usize)],
 ) -> Result<(), Error> {
-    let mut selected = selected.clone();
     let lists_states = questions.iter().any(|(asking, _)| asking.asks_for_number());
     let alone = judging::without_counts(given, asked, questions);
-    let build = || match alone {
-        Some(asking) => {
-            let target = judging::target(asking);
-            let judge = |engine: &SymbolicEngine| {
-                let judged = judging::judge(engine, asking, &asked.program, program)?;
-                // It visits reachable states only, whatever the engine knows.
-                let policy = target.filter(|_| given.plan.is_some());
-                Ok((judged, policy.map(|target| policy::found(engine, program, target)).transpose()?))
-            };
-            let everywhere = (given.plan.is_none() || target.is_some()).then_some(&judge as _);
-            let question = Initially { everywhere, target };
-            engines::decided(program, given.model, &mut selected, &question, &job.sink)
+    let target = alone.and_then(judging::target);
+    let over_all = alone.filter(|_| given.plan.is_none() || target.is_some()).map(|asking| {
+        move |engine: &SymbolicEngine| {
+            let judged = judging::judge(engine, asking, &asked.program, program)?;
+            // It visits reachable states only, whatever the engine knows.
+            let policy = target.filter(|_| given.plan.is_some());
+            let policy = policy.map(|target| policy::found(engine, program, target)).transpose()?;
+            Ok(Answered::Everywhere(judged, policy.map(Box::new)))
         }
-        None => engines::engine_for(program, given.model, &mut selected, lists_states, &job.sink)
-            .map(Decision::Built),
+    });
+    let by_search = |search: Guided| Ok(Answered::Guided(Box::new(search)));
+    let early = Early {
+        everywhere: over_all.as_ref().map(|ask| ask as _),
+        guided: target.map(|target| (target, &by_search as _)),
     };
-    let decision = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    job.update(|r| r.header.select(&selected));
-    let engine = match decision {
-        Decision::Built(engine) => engine,
-        Decision::Answered((judged, policy)) => {
+    let by_states = |job: &Job<ReachReport>, engine: &Arc<AnyEngine>| {
+        answer(job, &**engine, asked, questions, given, &mut None)?;
+        Ok(Answered::ByStates(Arc::clone(engine)))
+    };
+    let (selected, answer) = (selected.clone(), &by_states as _);
+    let request = Request { program, args: given.model, selected, lists_states, early, answer };
+    match (engines::raced(job, &request)?, given.plan, questions) {
+        (Answered::ByStates(engine), Some((plan, out)), [(asking, _)]) => {
+            plan.work(job, &*engine, program, asking, out)
+        }
+        (Answered::ByStates(_), ..) => Ok(()),
+        (Answered::Everywhere(judged, policy), plan, _) => {
             job.update(|r| r.over_all_valuations = true);
             without_states(job, questions, judged);
-            return match (given.plan, policy) {
-                (Some((plan, Some(out))), Some(policy)) => plan.finish(job, policy, program, out),
+            match (plan, policy) {
+                (Some((plan, Some(out))), Some(policy)) => plan.finish(job, *policy, program, out),
                 _ => Ok(()),
-            };
+            }
         }
-        Decision::Guided(search) => {
+        (Answered::Guided(search), plan, _) => {
             job.update(|r| r.by_guided_search = true);
             without_states(job, questions, judging::guided(&search));
-            return match (given.plan, questions) {
+            match (plan, questions) {
                 (Some((plan, Some(out))), [(asking, _)]) => {
                     plan.of_search(job, &search, program, asking, out)
                 }
                 _ => Ok(()),
-            };
+            }
         }
-    };
-    answer(job, &*engine, asked, questions, given, &mut None)?;
-    match (given.plan, questions) {
-        (Some((plan, out)), [(asking, _)]) => plan.work(job, &*engine, program, asking, out),
-        _ => Ok(()),
     }
+}
+
+/// The way in which questions were answered.
+enum Answered {
+    /// By an engine that knows all states; the answers are in the report.
+    ByStates(Arc<AnyEngine>),
+    /// Over all valuations, with the policy that was asked for, if there is one.
+    Everywhere(Judged, Option<Box<Option<Policy>>>),
+    Guided(Box<Guided>),
 }
 
 /// Adds an answer that was found before the states were known.

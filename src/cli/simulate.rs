@@ -173,7 +173,7 @@ fn work(
         Ok(())
     };
     let prepared = args.choose.prepared(job, given, &args.at, kind, check)?;
-    simulate(job, &prepared, args, csv)?;
+    simulate(job, given, &prepared, args, csv)?;
     Ok(prepared.question.program)
 }
 
@@ -191,24 +191,28 @@ pub(super) fn opponent(program: &Program, given: Option<Opponent>) -> Result<Opt
 
 fn simulate(
     job: &Job<SimulateReport>,
+    given: Arguments<'_>,
     prepared: &Prepared,
     args: &SimulateArgs,
     csv: Option<&Target>,
 ) -> Result<(), Error> {
-    let Prepared { question, engine, kind, at, costs } = prepared;
+    let Prepared { question, kind, at, costs } = prepared;
     let kind = *kind;
     let limit = args.limit as usize;
-    let starts = if at.is_empty() {
-        at::listed(&**engine, &engine.initial_states(), limit, &|text| job.sink.note(text))?.0
-    } else {
-        at.states(&**engine, &question.program, args.model.scope, limit, &job.sink)?
-    };
     let asked: &[Phase] = match args.choose.choose {
         Choose::First => &[Phase::levels(args.choose.choose.levels(kind))],
         Choose::Likely | Choose::Cheap => &[Phase::Sasi, Phase::Spi],
     };
-    let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
-    let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+    let (engine, starts, analysis) = plan::raced(job, given, question, &|job, engine| {
+        let starts = if at.is_empty() {
+            at::listed(&**engine, &engine.initial_states(), limit, &|text| job.sink.note(text))?.0
+        } else {
+            at.states(&**engine, &question.program, args.model.scope, limit, &job.sink)?
+        };
+        let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
+        let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+        Ok((Arc::clone(engine), starts, analysis))
+    })?;
     let mut strategy = args.choose.strategy(&analysis, &question.program, kind)?;
     let attach = || args.choose.attach(&analysis, costs, &question.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;

@@ -144,15 +144,18 @@ fn work(
 ) -> Result<(), Error> {
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let prepared = args.choose.prepared(job, given, &args.at, kind, |_| Ok(()))?;
-    let Prepared { question, engine, at, costs, .. } = &prepared;
-    let states = at.states(&**engine, &question.program, args.model.scope, args.limit(), &job.sink)?;
-    if args.all {
-        // Levels may take much longer than counting.
-        refuse_more(&engine.count(&engine.all_states())?, args.limit())?;
-    }
-    let both = [Phase::Sasi, Phase::Spi];
-    let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
-    let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+    let Prepared { question, at, costs, .. } = &prepared;
+    let (engine, states, analysis) = plan::raced(job, given, question, &|job, engine| {
+        let states = at.states(&**engine, &question.program, args.model.scope, args.limit(), &job.sink)?;
+        if args.all {
+            // Levels may take much longer than counting.
+            refuse_more(&engine.count(&engine.all_states())?, args.limit())?;
+        }
+        let both = [Phase::Sasi, Phase::Spi];
+        let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
+        let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+        Ok((Arc::clone(engine), states, analysis))
+    })?;
     let strategy = args.choose.strategy(&analysis, &question.program, kind)?;
     let mut answering =
         Answering { job, question, args, csv, analysis: &analysis, strategy, costs, chooser: None };

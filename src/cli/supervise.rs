@@ -29,6 +29,26 @@ pub(super) struct Job<R> {
     pub(super) sink: Arc<TerminalSink>,
 }
 
+impl<R: Clone> Job<R> {
+    /// Returns a job with a copy of the report and a sink of its own.
+    pub(super) fn copy(&self, sink: &Arc<TerminalSink>) -> Self {
+        Job { report: Arc::new(Mutex::new(lock(&self.report).clone())), sink: Arc::clone(sink) }
+    }
+
+    /// Returns a job with the report of this one, and another sink.
+    pub(super) fn with_sink(&self, sink: &Arc<TerminalSink>) -> Self {
+        Job { report: Arc::clone(&self.report), sink: Arc::clone(sink) }
+    }
+
+    /// Takes the report of another job.
+    pub(super) fn take(&self, other: &Job<R>) {
+        if !Arc::ptr_eq(&self.report, &other.report) {
+            let report = lock(&other.report).clone();
+            *lock(&self.report) = report;
+        }
+    }
+}
+
 impl<R> Job<R> {
     /// Changes the report.
     pub(super) fn update(&self, change: impl FnOnce(&mut R)) {

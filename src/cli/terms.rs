@@ -18,7 +18,7 @@ use meliora_report::properties::ListedState;
 use meliora_report::reach::Share;
 
 use super::asked::{Asked, StatedTerm};
-use super::engines;
+use super::engines::{self, Early, Request};
 use super::files::Target;
 use super::given::Given;
 use super::shares::Shares;
@@ -37,16 +37,32 @@ pub(super) fn work(
     if asked.terms.is_empty() {
         return Ok(());
     }
-    let mix = mix(given, asked)?;
-    let engine = built(job, given, selected, &asked.program)?;
-    let build = |program: &Arc<Program>| built(job, given, selected, program);
-    answered(job, given, &engine, &build, asked, &mut |evaluator, stated| match mix {
-        Some(target) => {
-            let write = || write_mix(job, evaluator, &stated.term, target, &asked.program);
-            job.timed("policy", write, |r, s| r.time.add("policy", s))
+    let target = mix(given, asked)?;
+    let answer = |job: &Job<ReachReport>, engine: &Arc<AnyEngine>| {
+        let build = |program: &Arc<Program>| {
+            let build = || engines::like(engine, program);
+            job.timed("build", build, |r, s| r.time.add("build", s))
+        };
+        let mut strategies = None;
+        answered(job, given, engine, &build, asked, &mut |evaluator, stated| {
+            if target.is_some() {
+                let find = || mixed(evaluator, &stated.term, &asked.program);
+                strategies = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
+            }
+            Ok(())
+        })?;
+        Ok(strategies)
+    };
+    let (program, args, selected, early) = (&asked.program, given.model, selected.clone(), Early::default());
+    let request = Request { program, args, selected, lists_states: true, early, answer: &answer };
+    match (engines::raced(job, &request)?, target) {
+        (Some(strategies), Some(target)) => target.write(&strategies),
+        (None, Some(_)) => {
+            job.sink.warn("no strategies are written: none satisfies the bounds");
+            Ok(())
         }
-        None => Ok(()),
-    })
+        _ => Ok(()),
+    }
 }
 
 /// Answers all of them with an engine of diagrams, and returns the states that satisfy each condition, by its position
@@ -155,18 +171,15 @@ fn mix<'t>(given: &Given<'t>, asked: &Asked) -> Result<Option<&'t Target>, Error
     }
 }
 
-/// Writes the strategies that show the answer, or says that there are none.
-fn write_mix<E: Engine>(
-    job: &Job<ReachReport>,
+/// Returns the strategies that show the answer as JSON; `None` if there are none.
+fn mixed<E: Engine>(
     evaluator: &Evaluator<'_, '_, E>,
     term: &Term,
-    target: &Target,
     program: &Program,
-) -> Result<(), Error> {
+) -> Result<Option<String>, Error> {
     let Mix { strategies: found, great } = evaluator.mix(term)?;
     if found.is_empty() {
-        job.sink.warn("no strategies are written: none satisfies the bounds");
-        return Ok(());
+        return Ok(None);
     }
     let mixed = found.iter().map(|own| Mixed {
         share: own.share.as_ref(),
@@ -175,20 +188,7 @@ fn write_mix<E: Engine>(
         great: &great,
     });
     let text = evaluator.text(term);
-    target.write(&(mix::json(&text, &mixed.collect::<Vec<_>>(), program)? + "\n"))
-}
-
-fn built(
-    job: &Job<ReachReport>,
-    given: &Given<'_>,
-    selected: &Selection,
-    program: &Arc<Program>,
-) -> Result<Arc<AnyEngine>, Error> {
-    let mut selected = selected.clone();
-    let build = || engines::engine_for(program, given.model, &mut selected, true, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    job.update(|r| r.header.select(&selected));
-    Ok(engine)
+    Ok(Some(mix::json(&text, &mixed.collect::<Vec<_>>(), program)? + "\n"))
 }
 
 /// Counts the states, unless another question has done so.

@@ -19,12 +19,11 @@ use meliora_report::values::{heading, rows};
 
 use super::at::{self, At};
 use super::choose::costs;
-use super::engines;
 use super::exit::Status;
 use super::files::Target;
 use super::load;
 use super::options::{self, EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan;
+use super::plan::{self, Arguments};
 use super::supervise::{Job, supervise};
 
 /// The number of states whose values are added before they are computed.
@@ -111,37 +110,29 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 }
 
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
-    let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
+    let arguments = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
+    let (question, (at, costs)) = plan::read(job, arguments, |question| {
         load::note_assumed(&question.program, &job.sink);
         let at = At::read(&question.program, &args.at)?;
-        let costs = costs(&question.program, &args.reward, &job.sink)?;
-        Ok((question, at, costs))
-    };
-    let (question, at, costs) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    let mut selected = args.engine.select(&args.model);
-    job.update(|r| {
-        r.header.read_both(&question.program, &question.preferences);
-        r.header.select(&selected);
-        r.header.history = question.preferences.whole_paths();
-    });
-    let build = || engines::engine_for(&question.program, &args.model, &mut selected, false, &job.sink);
-    let engine = job.timed("build", build, |r, s| r.time.add("build", s))?;
-    job.update(|r| r.header.select(&selected));
+        Ok((at, costs(&question.program, &args.reward, &job.sink)?))
+    })?;
+    job.update(|r| r.header.history = question.preferences.whole_paths());
     let (scope, limit) = (args.model.scope, args.limit as usize);
-    let given = at.states(&*engine, &question.program, scope, limit, &job.sink)?;
-    let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
-    let levels = || plan::analysis(&engine, &question, &args.preferences, &phases, &job.sink);
-    let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
-    job.update(|r| r.counts = analysis.result().counts.clone());
-    let states = if at.is_empty() { listed(job, args, &engine)? } else { given };
-    let everywhere = args.all && engine.count(&engine.all_states())? == Count::from(states.len());
-    let mut lines = csv.map(|_| Lines::default());
-    let program = &question.program;
-    let evaluation = Evaluation { job, args, program, analysis: &analysis, states: &states, everywhere };
-    let end = evaluation.run(costs, lines.as_mut());
-    job.update(|r| r.used(engine.usage()));
-    end?;
+    let lines = plan::raced(job, arguments, &question, &|job, engine| {
+        let given = at.states(&**engine, &question.program, scope, limit, &job.sink)?;
+        let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
+        let levels = || plan::analysis(engine, &question, &args.preferences, &phases, &job.sink);
+        let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+        job.update(|r| r.counts = analysis.result().counts.clone());
+        let states = if at.is_empty() { listed(job, args, engine)? } else { given };
+        let everywhere = args.all && engine.count(&engine.all_states())? == Count::from(states.len());
+        let mut lines = csv.map(|_| Lines::default());
+        let program = &question.program;
+        let evaluation = Evaluation { job, args, program, analysis: &analysis, states: &states, everywhere };
+        let end = evaluation.run(&costs, lines.as_mut());
+        job.update(|r| r.used(engine.usage()));
+        end.map(|()| lines)
+    })?;
     match csv.zip(lines) {
         Some((target, lines)) => target.write(&lines.text()),
         None => Ok(()),
@@ -168,7 +159,7 @@ struct Evaluation<'a> {
 impl Evaluation<'_> {
     /// Computes the values and adds them to the report, also those known when a limit is hit. All
     /// values are also added to `lines`.
-    fn run(&self, costs: Costs, lines: Option<&mut Lines>) -> Result<()> {
+    fn run(&self, costs: &Costs, lines: Option<&mut Lines>) -> Result<()> {
         let Evaluation { job, args, program, analysis, states, everywhere } = *self;
         let levels = args.levels.map_or_else(|| Values::levels_found(analysis, LEVELS), |k| k as usize);
         let within = args.within.map(|n| n as usize);

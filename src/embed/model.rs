@@ -9,7 +9,7 @@ use crate::reach::{Stopping, check_start};
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_base::progress::{NoProgress, ProgressSink};
 use meliora_base::value::{Type, Value};
-use meliora_engine::{AnyEngine, Scope, Settings};
+use meliora_engine::{AnyEngine, Scope, Selection, Settings};
 use meliora_formats::Document;
 use meliora_lang::{self as lang, Given};
 use meliora_model::players::Player;
@@ -110,7 +110,19 @@ impl Model {
     /// A limit is reached; an expression has no value in a state of the scope (the error shows an
     /// example); the variable order is invalid; the model has no initial state.
     pub fn explore(&self, settings: Settings) -> Result<Exploration> {
-        let engine = AnyEngine::new(Arc::clone(&self.program), settings)?;
+        self.explored(AnyEngine::new(Arc::clone(&self.program), settings)?)
+    }
+
+    /// Explores the states of the scope with the engine that is the first to know all of them: the explicit one, or
+    /// diagrams in one of several orders. With one thread, every run takes the same.
+    ///
+    /// # Errors
+    /// The errors of [`Model::explore`].
+    pub fn explore_by_any(&self, settings: Settings) -> Result<Exploration> {
+        self.explored(Selection::open().build(&self.program, settings)?)
+    }
+
+    fn explored(&self, engine: AnyEngine) -> Result<Exploration> {
         check_start(&engine, &self.program)?;
         Ok(Exploration::of(engine, self.named.clone()))
     }

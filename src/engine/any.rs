@@ -1,12 +1,10 @@
 //! One type for either engine, for callers that choose the engine at run time.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::edge_labels::EdgeLabels;
 use super::engine::{Algebra, Engine, Region};
 use super::explicit::{self, ExplicitEngine};
-use super::handover::{Current, HandOver};
 use super::membership::Membership;
 use super::settings::{Count, Settings, Storage, Usage};
 use super::symbolic::{self, SymbolicEngine};
@@ -15,18 +13,13 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{Program, State, VarId};
 
-/// The symbolic or the explicit engine, or several that take turns until the explicit one takes over. Clones share the
-/// explored states and the sets.
+/// The symbolic or the explicit engine. Clones share the explored states and the sets.
 #[derive(Clone)]
-pub struct AnyEngine {
-    inner: Inner,
-}
-
-#[derive(Clone)]
-enum Inner {
+pub enum AnyEngine {
+    /// The symbolic engine.
     Symbolic(Arc<SymbolicEngine>),
+    /// The explicit engine.
     Explicit(Arc<ExplicitEngine>),
-    InTurns(Arc<HandOver>),
 }
 
 /// A set of states of an [`AnyEngine`].
@@ -48,34 +41,26 @@ pub enum AnyChoices {
 }
 
 /// Conversion of a set of either engine to the set type of one engine.
-pub(super) trait Of<E: Engine> {
+trait Of<E: Engine> {
     type Set: Clone;
     /// # Errors
-    /// The set belongs to the other kind of engine, and cannot be translated; a limit.
-    fn of(&self, any: &AnyEngine, engine: &E) -> Result<Cow<'_, Self::Set>>;
+    /// The set belongs to the other kind of engine.
+    fn of(&self, engine: &E) -> Result<&Self::Set>;
 }
 
 macro_rules! sets_of {
-    ($any:ident, $set:ident, $copied:ident, $listed:ident) => {
+    ($any:ident, $set:ident) => {
         impl Of<SymbolicEngine> for $any {
             type Set = symbolic::$set;
-            fn of(&self, any: &AnyEngine, engine: &SymbolicEngine) -> Result<Cow<'_, symbolic::$set>> {
-                match (self, &any.inner) {
-                    ($any::Symbolic(set), Inner::InTurns(all)) => all.$copied(engine, set),
-                    ($any::Symbolic(set), _) => Ok(Cow::Borrowed(set)),
-                    ($any::Explicit(_), _) => Err(Error::ForeignSet),
-                }
+            fn of(&self, _: &SymbolicEngine) -> Result<&symbolic::$set> {
+                if let $any::Symbolic(set) = self { Ok(set) } else { Err(Error::ForeignSet) }
             }
         }
 
         impl Of<ExplicitEngine> for $any {
             type Set = explicit::$set;
-            fn of(&self, any: &AnyEngine, _: &ExplicitEngine) -> Result<Cow<'_, explicit::$set>> {
-                match (self, &any.inner) {
-                    ($any::Explicit(set), _) => Ok(Cow::Borrowed(set)),
-                    ($any::Symbolic(set), Inner::InTurns(all)) => all.$listed(set).map(Cow::Owned),
-                    _ => Err(Error::ForeignSet),
-                }
+            fn of(&self, _: &ExplicitEngine) -> Result<&explicit::$set> {
+                if let $any::Explicit(set) = self { Ok(set) } else { Err(Error::ForeignSet) }
             }
         }
 
@@ -93,37 +78,23 @@ macro_rules! sets_of {
     };
 }
 
-sets_of!(AnyStates, StateSet, states_in, explicit_states);
-sets_of!(AnyChoices, ChoiceSet, choices_in, explicit_choices);
+sets_of!(AnyStates, StateSet);
+sets_of!(AnyChoices, ChoiceSet);
 
 /// Evaluates the same expression with the engine of either kind.
 macro_rules! on {
     ($any:expr, $engine:ident => $work:expr) => {
-        match $any.known() {
-            Current::Symbolic($engine) => $work,
-            Current::Explicit($engine) => $work,
+        match $any {
+            AnyEngine::Symbolic($engine) => {
+                let $engine: &SymbolicEngine = $engine;
+                $work
+            }
+            AnyEngine::Explicit($engine) => {
+                let $engine: &ExplicitEngine = $engine;
+                $work
+            }
         }
     };
-}
-
-/// Evaluates the same fallible expression with the engine of either kind, or with several in turns.
-macro_rules! attempt {
-    ($any:expr, $engine:ident => $work:expr) => {{
-        let work = |current: Current<'_>| match current {
-            Current::Symbolic(engine) => {
-                let $engine: &SymbolicEngine = engine;
-                $work
-            }
-            Current::Explicit(engine) => {
-                let $engine: &ExplicitEngine = engine;
-                $work
-            }
-        };
-        match &$any.inner {
-            Inner::InTurns(all) => all.answer(&work),
-            _ => work($any.known()),
-        }
-    }};
 }
 
 impl AnyEngine {
@@ -140,50 +111,20 @@ impl AnyEngine {
 
     /// Returns the kind of the engine.
     pub fn storage(&self) -> Storage {
-        match self.known() {
-            Current::Symbolic(_) => Storage::Symbolic,
-            Current::Explicit(_) => Storage::Explicit,
+        match self {
+            AnyEngine::Symbolic(_) => Storage::Symbolic,
+            AnyEngine::Explicit(_) => Storage::Explicit,
         }
     }
 
     /// Returns the symbolic engine, or `None` if the engine is explicit.
     pub fn symbolic(&self) -> Option<&Arc<SymbolicEngine>> {
-        match self.known() {
-            Current::Symbolic(engine) => Some(engine),
-            Current::Explicit(_) => None,
-        }
+        if let AnyEngine::Symbolic(engine) = self { Some(engine) } else { None }
     }
 
     /// Returns the explicit engine, or `None` if the engine is symbolic.
     pub fn explicit(&self) -> Option<&Arc<ExplicitEngine>> {
-        match self.known() {
-            Current::Symbolic(_) => None,
-            Current::Explicit(engine) => Some(engine),
-        }
-    }
-
-    /// Returns the engines that take turns; `None` if there is one engine.
-    pub(super) fn in_turns(&self) -> Option<&HandOver> {
-        match &self.inner {
-            Inner::InTurns(all) => Some(all),
-            _ => None,
-        }
-    }
-
-    /// Runs an operation that cannot be repeated, without a limit of its steps.
-    fn at_once<T>(&self, operation: impl FnOnce() -> Result<T>) -> Result<T> {
-        match self.in_turns() {
-            Some(all) => all.at_once(operation),
-            None => operation(),
-        }
-    }
-
-    fn known(&self) -> Current<'_> {
-        match &self.inner {
-            Inner::Symbolic(engine) => Current::Symbolic(engine),
-            Inner::Explicit(engine) => Current::Explicit(engine),
-            Inner::InTurns(all) => all.known(),
-        }
+        if let AnyEngine::Explicit(engine) = self { Some(engine) } else { None }
     }
 
     /// Returns the program.
@@ -193,10 +134,9 @@ impl AnyEngine {
 
     /// Returns whether both share the explored states, so that each accepts the sets of the other.
     pub fn shares(&self, other: &AnyEngine) -> bool {
-        match (&self.inner, &other.inner) {
-            (Inner::Symbolic(a), Inner::Symbolic(b)) => a.shares(b),
-            (Inner::Explicit(a), Inner::Explicit(b)) => a.shares(b),
-            (Inner::InTurns(a), Inner::InTurns(b)) => a.shares(b),
+        match (self, other) {
+            (AnyEngine::Symbolic(a), AnyEngine::Symbolic(b)) => a.shares(b),
+            (AnyEngine::Explicit(a), AnyEngine::Explicit(b)) => a.shares(b),
             _ => false,
         }
     }
@@ -204,19 +144,13 @@ impl AnyEngine {
 
 impl From<SymbolicEngine> for AnyEngine {
     fn from(engine: SymbolicEngine) -> Self {
-        AnyEngine { inner: Inner::Symbolic(Arc::new(engine)) }
+        AnyEngine::Symbolic(Arc::new(engine))
     }
 }
 
 impl From<ExplicitEngine> for AnyEngine {
     fn from(engine: ExplicitEngine) -> Self {
-        AnyEngine { inner: Inner::Explicit(Arc::new(engine)) }
-    }
-}
-
-impl From<HandOver> for AnyEngine {
-    fn from(all: HandOver) -> Self {
-        AnyEngine { inner: Inner::InTurns(Arc::new(all)) }
+        AnyEngine::Explicit(Arc::new(engine))
     }
 }
 
@@ -226,8 +160,7 @@ fn region<S: Into<AnyStates>, C: Into<AnyChoices>>(found: Region<S, C>) -> Regio
 }
 
 /// Converts a region to the set types of one engine.
-pub(super) fn region_of<E: Engine>(
-    any: &AnyEngine,
+fn region_of<E: Engine>(
     engine: &E,
     region: &Region<AnyStates, AnyChoices>,
 ) -> Result<Region<E::States, E::Choices>>
@@ -235,20 +168,18 @@ where
     AnyStates: Of<E, Set = E::States>,
     AnyChoices: Of<E, Set = E::Choices>,
 {
-    let states = region.states.of(any, engine)?.into_owned();
-    Ok(Region { states, choices: region.choices.of(any, engine)?.into_owned() })
+    Ok(Region { states: region.states.of(engine)?.clone(), choices: region.choices.of(engine)?.clone() })
 }
 
 /// Converts edge labels to the set types of one engine.
 fn edge_labels_of<E: Engine>(
-    any: &AnyEngine,
     engine: &E,
     edge_labels: &[EdgeLabels<AnyStates>],
 ) -> Result<Vec<EdgeLabels<E::States>>>
 where
     AnyStates: Of<E, Set = E::States>,
 {
-    let of = |set: &AnyStates| set.of(any, engine).map(Cow::into_owned);
+    let of = |set: &AnyStates| set.of(engine).cloned();
     edge_labels
         .iter()
         .map(|labels| {
@@ -273,7 +204,7 @@ macro_rules! constants {
 macro_rules! operations {
     ($($name:ident($($set:ident: $sort:ty),*) -> $result:ty;)*) => {$(
         fn $name(&self, $($set: &$sort),*) -> Result<$result> {
-            attempt!(self, e => Ok(e.$name($(&*$set.of(self, e)?),*)?.into()))
+            on!(self, e => Ok(e.$name($($set.of(e)?),*)?.into()))
         }
     )*};
 }
@@ -341,11 +272,7 @@ impl Engine for AnyEngine {
     }
 
     fn with_coalition(&self, coalition: &[bool]) -> Result<Self> {
-        Ok(match &self.inner {
-            Inner::Symbolic(e) => e.with_coalition(coalition)?.into(),
-            Inner::Explicit(e) => e.with_coalition(coalition)?.into(),
-            Inner::InTurns(all) => all.with_coalition(self, coalition)?.into(),
-        })
+        on!(self, e => Ok(e.with_coalition(coalition)?.into()))
     }
 
     fn exchanged(&self) -> Result<Option<Self>> {
@@ -366,15 +293,11 @@ impl Engine for AnyEngine {
     }
 
     fn restricted_to(&self, to: &Region<AnyStates, AnyChoices>) -> Result<Self> {
-        Ok(match &self.inner {
-            Inner::Symbolic(e) => e.restricted_to(&region_of(self, &**e, to)?)?.into(),
-            Inner::Explicit(e) => e.restricted_to(&region_of(self, &**e, to)?)?.into(),
-            Inner::InTurns(all) => all.restricted_to(self, to)?.into(),
-        })
+        on!(self, e => Ok(e.restricted_to(&region_of(e, to)?)?.into()))
     }
 
     fn states_where(&self, predicate: &Predicate) -> Result<AnyStates> {
-        attempt!(self, e => Ok(e.states_where(predicate)?.into()))
+        on!(self, e => Ok(e.states_where(predicate)?.into()))
     }
 
     fn can_reach(
@@ -383,7 +306,7 @@ impl Engine for AnyEngine {
         within: &AnyChoices,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<AnyStates> {
-        attempt!(self, e => Ok(e.can_reach(&*target.of(self, e)?, &*within.of(self, e)?, &edge_labels_of(self, e, edge_labels)?)?.into()))
+        on!(self, e => Ok(e.can_reach(target.of(e)?, within.of(e)?, &edge_labels_of(e, edge_labels)?)?.into()))
     }
 
     fn can_win(
@@ -392,9 +315,9 @@ impl Engine for AnyEngine {
         within: &AnyChoices,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<AnyStates> {
-        attempt!(self, e => {
-            let edge_labels = edge_labels_of(self, e, edge_labels)?;
-            Ok(e.can_win(&*winning.of(self, e)?, &*within.of(self, e)?, &edge_labels)?.into())
+        on!(self, e => {
+            let edge_labels = edge_labels_of(e, edge_labels)?;
+            Ok(e.can_win(winning.of(e)?, within.of(e)?, &edge_labels)?.into())
         })
     }
 
@@ -406,23 +329,23 @@ impl Engine for AnyEngine {
         edge_labels: &[EdgeLabels<AnyStates>],
         lost: AnyStates,
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        attempt!(self, e => {
-            let (left, edge_labels) = (region_of(self, e, &left)?, edge_labels_of(self, e, edge_labels)?);
-            let (within, won, lost) = (&*within.of(self, e)?, &*won.of(self, e)?, lost.of(self, e)?.into_owned());
+        on!(self, e => {
+            let (left, edge_labels) = (region_of(e, &left)?, edge_labels_of(e, edge_labels)?);
+            let (within, won, lost) = (within.of(e)?, won.of(e)?, lost.of(e)?.clone());
             Ok(region(e.remove_attractor(left, within, won, &edge_labels, lost)?))
         })
     }
 
     fn stay_within(&self, x: &AnyStates, within: &AnyChoices) -> Result<Region<AnyStates, AnyChoices>> {
-        attempt!(self, e => Ok(region(e.stay_within(&*x.of(self, e)?, &*within.of(self, e)?)?)))
+        on!(self, e => Ok(region(e.stay_within(x.of(e)?, within.of(e)?)?)))
     }
 
     fn can_reach_through(&self, target: &AnyStates, bound: &AnyStates) -> Result<AnyStates> {
-        attempt!(self, e => Ok(e.can_reach_through(&*target.of(self, e)?, &*bound.of(self, e)?)?.into()))
+        on!(self, e => Ok(e.can_reach_through(target.of(e)?, bound.of(e)?)?.into()))
     }
 
     fn surely_staying(&self, x: &AnyStates, within: &AnyChoices) -> Result<AnyStates> {
-        attempt!(self, e => Ok(e.surely_staying(&*x.of(self, e)?, &*within.of(self, e)?)?.into()))
+        on!(self, e => Ok(e.surely_staying(x.of(e)?, within.of(e)?)?.into()))
     }
 
     fn almost_surely_reach(
@@ -430,7 +353,7 @@ impl Engine for AnyEngine {
         target: &AnyStates,
         within: &AnyChoices,
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        attempt!(self, e => Ok(region(e.almost_surely_reach(&*target.of(self, e)?, &*within.of(self, e)?)?)))
+        on!(self, e => Ok(region(e.almost_surely_reach(target.of(e)?, within.of(e)?)?)))
     }
 
     fn almost_surely_win(
@@ -438,59 +361,45 @@ impl Engine for AnyEngine {
         start: Region<AnyStates, AnyChoices>,
         edge_labels: &[EdgeLabels<AnyStates>],
     ) -> Result<Region<AnyStates, AnyChoices>> {
-        attempt!(self, e => Ok(region(e.almost_surely_win(region_of(self, e, &start)?, &edge_labels_of(self, e, edge_labels)?)?)))
+        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start)?, &edge_labels_of(e, edge_labels)?)?)))
     }
 
     fn list_states(&self, x: &AnyStates, limit: usize) -> Result<Vec<State>> {
-        attempt!(self, e => e.list_states(&*x.of(self, e)?, limit))
+        on!(self, e => e.list_states(x.of(e)?, limit))
     }
 
     fn singleton(&self, state: &[i64]) -> Result<AnyStates> {
-        attempt!(self, e => Ok(e.singleton(state)?.into()))
+        on!(self, e => Ok(e.singleton(state)?.into()))
     }
 
     fn set_of(&self, states: &mut dyn Iterator<Item = State>) -> Result<AnyStates> {
-        // The states cannot be listed twice.
-        self.at_once(|| on!(self, e => Ok(e.set_of(states)?.into())))
+        on!(self, e => Ok(e.set_of(states)?.into()))
     }
 
     fn slice(&self, fixed: &[(VarId, i64)]) -> Result<AnyStates> {
-        attempt!(self, e => Ok(e.slice(fixed)?.into()))
+        on!(self, e => Ok(e.slice(fixed)?.into()))
     }
 
     fn contains(&self, x: &AnyStates, state: &[i64]) -> Result<bool> {
-        attempt!(self, e => e.contains(&*x.of(self, e)?, state))
+        on!(self, e => e.contains(x.of(e)?, state))
     }
 
     fn membership<'e>(&'e self, sets: &[&AnyStates]) -> Result<Box<dyn Membership + 'e>> {
-        let own = attempt!(self, e => {
-            sets.iter().map(|x| Ok(AnyStates::from(x.of(self, e)?.into_owned()))).collect::<Result<Vec<_>>>()
-        })?;
-        let sets = || -> Result<_> {
-            on!(self, e => {
-                let e = &**e;
-                let sets = own.iter().map(|x| x.of(self, e)).collect::<Result<Vec<_>>>()?;
-                e.membership(&sets.iter().map(|x| &**x).collect::<Vec<_>>())
-            })
-        };
-        self.at_once(sets)
+        on!(self, e => {
+            let own = sets.iter().map(|x| x.of(e)).collect::<Result<Vec<_>>>()?;
+            e.membership(&own)
+        })
     }
 
     fn contains_choice(&self, c: &AnyChoices, state: &[i64], choice: &Choice) -> Result<bool> {
-        attempt!(self, e => e.contains_choice(&*c.of(self, e)?, state, choice))
+        on!(self, e => e.contains_choice(c.of(e)?, state, choice))
     }
 
     fn usage(&self) -> Usage {
-        match &self.inner {
-            Inner::InTurns(all) => all.usage(),
-            _ => on!(self, e => e.usage()),
-        }
+        on!(self, e => e.usage())
     }
 
     fn settings(&self) -> &Settings {
-        match &self.inner {
-            Inner::InTurns(all) => all.settings(),
-            _ => on!(self, e => e.settings()),
-        }
+        on!(self, e => e.settings())
     }
 }

@@ -4,6 +4,9 @@
 //! - [`SymbolicEngine`]: sets are binary decision diagrams (OxiDD).
 //! - [`ExplicitEngine`]: states are stored one by one.
 //! - [`AnyEngine`]: either of them, selected at run time by [`Settings`].
+//! - [`Selection`]: where nothing names the engine, several ways to the answer of a whole [`Question`] race (`race`): the
+//!   explicit engine, diagrams in several orders of the bits, and for the initial states alone diagrams over all
+//!   valuations and a guided search ([`Guided`]).
 //!
 //! An engine has two sorts of sets: sets of states and sets of *choices*. A choice set contains
 //! pairs (s, a) of a state s of the scope and an enabled choice a. All algorithms of planning use
@@ -23,22 +26,17 @@
 //! ```
 
 pub mod any;
-mod both;
-mod budget;
 mod diagrams;
 pub mod edge_labels;
 mod engine;
 pub mod explicit;
-mod handover;
 pub mod membership;
-mod order_turns;
+mod race;
 pub mod regions;
-mod rest;
 mod schedule;
 mod selection;
 mod settings;
 pub mod symbolic;
-mod translation;
 pub mod until;
 
 pub use any::AnyEngine;
@@ -47,6 +45,6 @@ pub use edge_labels::EdgeLabels;
 pub use engine::{Algebra, Engine, Region, position};
 pub use explicit::{ExplicitEngine, Guided, Guiding};
 pub use meliora_base::progress::{NoProgress, ProgressSink};
-pub use selection::{Decision, Initially, Selection};
+pub use selection::{Question, Racer, Selection};
 pub use settings::{Count, Scope, Settings, Storage, Usage};
 pub use symbolic::{Order, SymbolicEngine};

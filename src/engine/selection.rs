@@ -1,16 +1,15 @@
-//! The choice between the two engines for a model.
+//! The ways to an answer, and the choice of the engine by the first of them to end.
 
 use std::sync::Arc;
 
 use super::any::AnyEngine;
-use super::both::{Asked, Begun, First, explore};
 use super::engine::{Algebra, Engine};
-use super::explicit::{ExplicitEngine, Exploration, Guided};
-use super::handover::HandOver;
-use super::rest::Rest;
-use super::settings::{Scope, Settings, Storage};
-use super::symbolic::SymbolicEngine;
-use meliora_base::error::{Limit, Result};
+use super::explicit::{ExplicitEngine, Guided};
+use super::race::{Lane, Place, Rules, race};
+use super::settings::{STEPS_PER_WORK, Scope, Settings, Storage};
+use super::symbolic::{Order, Ordered, SymbolicEngine, candidates};
+use meliora_base::error::{Error, Result};
+use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 
@@ -21,155 +20,252 @@ pub struct Selection {
     pub storage: Storage,
     /// The reason, such as "3600 states found"; `None` if the user has named the engine.
     pub reason: Option<String>,
-    /// True if the states may still select the explicit engine: nobody knows before which engine is faster.
+    /// True if several ways race: nobody knows before which engine is faster.
     pub is_open: bool,
 }
 
-/// A question for an engine.
-pub(crate) type Everywhere<'q, T> = &'q dyn Fn(&SymbolicEngine) -> Result<T>;
-
-/// A question about the initial states that counts no states, with the ways to answer it before all states are known.
-pub struct Initially<'q, T> {
-    /// The question for engines of [`SymbolicEngine::everywhere`], unless the answer depends on how a state is reached.
-    pub everywhere: Option<Everywhere<'q, T>>,
-    /// The target, if the question is whether some strategy reaches it almost surely from all initial states.
-    pub target: Option<&'q Predicate>,
+/// A way that has the question to answer.
+#[derive(Debug, Clone)]
+pub struct Racer {
+    /// The number of the way, from 0 on.
+    pub way: usize,
+    /// True for the first way that knows all states. Its partial results are those to show at a limit.
+    pub leads: bool,
+    /// Its engine, and the reason to take it.
+    pub selection: Selection,
 }
 
-/// The result of [`Selection::decide`].
-pub enum Decision<T, E = AnyEngine> {
-    /// The answer, found over all valuations before the states were known.
-    Answered(T),
-    /// The search that found the answer before the states were known.
-    Guided(Box<Guided>),
-    /// The engine, which has the question still to answer.
-    Built(E),
+/// A question, with the ways to answer it. Several threads may ask it at the same time.
+pub struct Question<'q, T> {
+    /// Answers it by an engine that knows all states.
+    pub by_states: &'q (dyn Fn(&Racer, AnyEngine) -> Result<T> + Sync),
+    /// Answers a question about the initial states by an engine of [`SymbolicEngine::everywhere`]; `None` if the answer
+    /// depends on how a state is reached.
+    pub everywhere: Option<&'q (dyn Fn(&SymbolicEngine) -> Result<T> + Sync)>,
+    /// Answers by a finished search for a strategy that reaches the target almost surely from all initial states; `None`
+    /// if this is not the question.
+    pub guided: Option<(&'q Predicate, &'q (dyn Fn(Guided) -> Result<T> + Sync))>,
+    /// True if the answer lists the states anyway, such as one with a number.
+    pub lists_states: bool,
+    /// Returns the sink of a way. All of them end with the one of the settings.
+    pub sinks: Option<&'q (dyn Fn(usize) -> Arc<dyn ProgressSink> + Sync)>,
 }
 
-/// The result of the way that was the first to end.
-enum Taken {
-    Built(AnyEngine),
-    Answered,
-    Guided(Box<Guided>),
+/// A way to an answer: it explores, and answers with the engine that it has found.
+enum Way {
+    Explicit,
+    /// Diagrams with the bits in an order.
+    Symbolic(Ordered),
+    /// Diagrams over all valuations, with the bits in an order.
+    Everywhere(Ordered),
+    Guided,
 }
 
 impl Selection {
-    /// Lets the states select the engine.
+    /// Lets several ways race.
     pub fn open() -> Self {
         let reason = Some("the states are not known yet".to_owned());
         Selection { storage: Storage::Symbolic, reason, is_open: true }
     }
 
-    /// Builds the engine for some questions and updates the selection. As long as it is open, the
-    /// states decide: both engines explore them in turns (`both::explore`).
-    ///
-    /// - If the explicit engine is the first to know all states, it is selected. It has the first turn if a question
-    ///   lists the states anyway, such as one for a number.
-    /// - If it is the symbolic engine, the question is answered by diagrams of several orders in turns. The explicit
-    ///   engine takes over once they have taken as many steps as it takes to list the states.
+    /// Builds the engine, and updates the selection. As long as it is open, the engine is the first to know all states.
     ///
     /// # Errors
     /// The errors of [`AnyEngine::new`].
-    pub fn build(
-        &mut self,
-        program: &Arc<Program>,
-        settings: Settings,
-        lists_states: bool,
-    ) -> Result<AnyEngine> {
-        if !self.is_open {
-            return AnyEngine::new(Arc::clone(program), Settings { storage: self.storage, ..settings });
-        }
-        match self.taken(program, settings, lists_states, Asked::default())? {
-            Taken::Built(engine) => Ok(engine),
-            Taken::Answered | Taken::Guided(_) => Err(Limit::Interrupted.into()),
+    pub fn build(&mut self, program: &Arc<Program>, settings: Settings) -> Result<AnyEngine> {
+        let memory = settings.memory;
+        let engine = self.answer(program, settings, &Question::of(&|_, engine| Ok(engine)))?;
+        match engine {
+            AnyEngine::Explicit(engine) => {
+                // The others have ended.
+                let mut engine = Arc::unwrap_or_clone(engine);
+                engine.set_memory(memory);
+                Ok(engine.into())
+            }
+            engine => Ok(engine),
         }
     }
 
-    /// Answers a question about the initial states over all valuations or by some of the states, or builds the engine
-    /// for it, whichever ends first; updates the selection. The question is asked only as long as the selection is open
-    /// and the states are not known.
+    /// Answers a question, and updates the selection. As long as it is open, several ways race, and the first to end has
+    /// the answer. The answer does not depend on the way.
     ///
     /// # Errors
-    /// The errors of [`AnyEngine::new`], and those of the question other than input errors.
-    pub fn decide<T>(
+    /// The errors of [`AnyEngine::new`], and those of the question.
+    pub fn answer<T: Send>(
         &mut self,
         program: &Arc<Program>,
         settings: Settings,
-        question: &Initially<'_, T>,
-    ) -> Result<Decision<T>> {
-        if !self.is_open || settings.scope != Scope::Reachable {
-            return self.build(program, settings, false).map(Decision::Built);
+        question: &Question<'_, T>,
+    ) -> Result<T> {
+        if !self.is_open {
+            let racer = Racer { way: 0, leads: true, selection: self.clone() };
+            let sink = question.sinks.map(|sinks| sinks(0));
+            let settings =
+                Settings { sink: sink.unwrap_or(settings.sink), storage: self.storage, ..settings };
+            return (question.by_states)(&racer, AnyEngine::new(Arc::clone(program), settings)?);
         }
-        let mut answer = None;
-        let mut ask = |engine: &SymbolicEngine| {
-            answer = question.everywhere.map(|question| question(engine)).transpose()?;
-            Ok(())
+        let ways = question.ways(program, settings.scope);
+        let (selection, found) = raced(program, &settings, question, &ways)?;
+        *self = selection;
+        Ok(found)
+    }
+}
+
+impl SymbolicEngine {
+    /// Creates an engine as [`SymbolicEngine::new`] does. Without an order, several orders race, and the first that knows
+    /// all states is taken.
+    ///
+    /// # Errors
+    /// The errors of [`SymbolicEngine::new`].
+    pub fn in_some_order(program: Arc<Program>, settings: Settings) -> Result<Self> {
+        if settings.order != Order::Auto {
+            return SymbolicEngine::new(program, settings);
+        }
+        let ways = Vec::from_iter(candidates(&program, false).into_iter().map(Way::Symbolic));
+        let taken = |_: &Racer, engine: AnyEngine| {
+            engine.symbolic().map(|engine| SymbolicEngine::clone(engine)).ok_or(Error::ForeignSet)
         };
-        let everywhere = question.everywhere.map(|_| &mut ask as _);
-        let asked = Asked { everywhere, target: question.target };
-        match self.taken(program, settings, false, asked)? {
-            Taken::Built(engine) => return Ok(Decision::Built(engine)),
-            Taken::Guided(guided) => {
+        raced(&program, &settings, &Question::of(&taken), &ways).map(|(_, engine)| engine)
+    }
+}
+
+impl<'q, T> Question<'q, T> {
+    /// Creates a question for engines that know all states.
+    pub fn of(by_states: &'q (dyn Fn(&Racer, AnyEngine) -> Result<T> + Sync)) -> Self {
+        Question { by_states, everywhere: None, guided: None, lists_states: false, sinks: None }
+    }
+
+    /// Returns the ways, those that are likelier to be the first to end before others.
+    fn ways(&self, program: &Program, scope: Scope) -> Vec<Way> {
+        let is_early = scope == Scope::Reachable;
+        let mut symbolic = candidates(program, false).into_iter().map(Way::Symbolic);
+        let backward = self.everywhere.filter(|_| is_early).map(|_| candidates(program, true));
+        let mut backward = backward.into_iter().flatten().map(Way::Everywhere);
+        let mut ways = vec![Way::Explicit];
+        let mut guided = self.guided.filter(|_| is_early).map(|_| Way::Guided);
+        // A planning problem has too many states in most cases.
+        ways.extend(guided.take_if(|_| program.planning.is_some()));
+        ways.extend(symbolic.next());
+        ways.extend(backward.next());
+        ways.extend(symbolic);
+        ways.extend(backward);
+        ways.extend(guided);
+        ways
+    }
+}
+
+/// Lets some ways race. Returns the answer with the engine of the way.
+fn raced<T: Send>(
+    program: &Arc<Program>,
+    settings: &Settings,
+    question: &Question<'_, T>,
+    ways: &[Way],
+) -> Result<(Selection, T)> {
+    let turn = settings.thresholds.first_turn;
+    let alone = settings.thresholds.work_before_diagrams.saturating_mul(STEPS_PER_WORK);
+    let rules = Rules {
+        threads: settings.threads.max(1),
+        alone: if question.lists_states { alone + turn } else { alone },
+        turn,
+        lead: settings.thresholds.lead,
+    };
+    let mut seen = [0; 2];
+    let weight = |way: &Way| {
+        let kind = match way {
+            Way::Explicit | Way::Guided => return 2,
+            Way::Symbolic(_) => 0,
+            Way::Everywhere(_) => 1,
+        };
+        seen[kind] += 1;
+        if seen[kind] == 1 { 2 } else { 1 }
+    };
+    let weights = Vec::from_iter(ways.iter().map(weight));
+    let own = || Arc::clone(&settings.sink);
+    let sinks = |way: usize| question.sinks.map_or_else(own, |sinks| sinks(way));
+    let entrant = Entrant { program, settings, question, ways };
+    race(rules, &weights, &*settings.sink, &sinks, &|lane| entrant.run(lane))
+}
+
+/// The input of all ways.
+struct Entrant<'e, 'q, T> {
+    program: &'e Arc<Program>,
+    settings: &'e Settings,
+    question: &'e Question<'q, T>,
+    ways: &'e [Way],
+}
+
+impl<T: Send> Entrant<'_, '_, T> {
+    /// Answers the question by a way; `None` if it has no answer for this model.
+    fn run(&self, lane: &Arc<Lane>) -> Result<Option<(Selection, T)>> {
+        let program = || Arc::clone(self.program);
+        let of =
+            |storage, reason: &str| Selection { storage, reason: Some(reason.to_owned()), is_open: false };
+        match &self.ways[lane.way] {
+            Way::Explicit => {
+                let engine = ExplicitEngine::new(program(), self.settings(lane, Storage::Explicit))?;
+                let states = engine.count(&engine.all_states())?;
+                let reason = |place| match place {
+                    Place::Alone => format!("{states} states found"),
+                    Place::First => format!("{states} states found, before diagrams found them"),
+                    Place::Later => format!("{states} states found, and the answer before diagrams found it"),
+                };
+                self.by_states(lane, engine.into(), &reason)
+            }
+            Way::Symbolic(order) => {
+                let settings = self.settings(lane, Storage::Symbolic);
+                let engine = SymbolicEngine::in_order(program(), order, settings)?;
+                let reason = |place| match place {
+                    Place::Alone | Place::First => "diagrams found all states first".to_owned(),
+                    Place::Later => "diagrams found the answer first".to_owned(),
+                };
+                self.by_states(lane, engine.into(), &reason)
+            }
+            Way::Everywhere(order) => {
+                let Some(question) = self.question.everywhere else { return Ok(None) };
+                let order = Order::Bits(order.bits.clone());
+                let settings = Settings { order, ..self.settings(lane, Storage::Symbolic) };
+                let how = "the initial states judged over all valuations, before their successors were found";
+                let engine = SymbolicEngine::everywhere(program(), settings)?;
+                match engine.map(|engine| question(&engine)).transpose() {
+                    // A state without a meaning for the question may be none that is reached.
+                    Err(Error::Input(_)) => Ok(None),
+                    found => Ok(found?.map(|found| (of(Storage::Symbolic, how), found))),
+                }
+            }
+            Way::Guided => {
+                let Some((target, question)) = self.question.guided else { return Ok(None) };
                 let how =
                     "the initial states judged by a guided search, before all their successors were found";
-                self.take(Storage::Explicit, how);
-                return Ok(Decision::Guided(guided));
+                let settings = self.settings(lane, Storage::Explicit);
+                let found = Guided::finished(program(), settings, target)?.map(question).transpose()?;
+                Ok(found.map(|found| (of(Storage::Explicit, how), found)))
             }
-            Taken::Answered => {}
-        }
-        let how = "the initial states judged over all valuations, before their successors were found";
-        self.take(Storage::Symbolic, how);
-        answer.map(Decision::Answered).ok_or_else(|| Limit::Interrupted.into())
-    }
-
-    /// Builds the engine that is the first to know all states, unless a question was answered before.
-    fn taken(
-        &mut self,
-        program: &Arc<Program>,
-        settings: Settings,
-        lists_states: bool,
-        asked: Asked<'_, '_>,
-    ) -> Result<Taken> {
-        match explore(program, &settings, lists_states, asked)? {
-            First::Explicit(all, is_alone) => {
-                self.found_by(*all, is_alone, settings.memory).map(Taken::Built)
-            }
-            First::Symbolic(begun) => self.begun(*begun, settings).map(Taken::Built),
-            First::Answered => Ok(Taken::Answered),
-            First::Guided(guided) => Ok(Taken::Guided(guided)),
         }
     }
 
-    /// Takes the explicit engine, which was the first to know all states.
-    fn found_by(&mut self, mut all: Exploration, is_alone: bool, memory: u64) -> Result<AnyEngine> {
-        all.set_memory(memory);
-        let engine = ExplicitEngine::explored(all)?;
-        let states = engine.count(&engine.all_states())?;
-        let first = if is_alone { "" } else { ", before diagrams found them" };
-        self.take(Storage::Explicit, format!("{states} states found{first}"));
-        Ok(engine.into())
+    /// Answers the question by an engine that knows all states. The reason depends on who else knows them.
+    fn by_states(
+        &self,
+        lane: &Lane,
+        engine: AnyEngine,
+        reason: &dyn Fn(Place) -> String,
+    ) -> Result<Option<(Selection, T)>> {
+        let place = lane.knows_all_states();
+        let selection = Selection { storage: engine.storage(), reason: Some(reason(place)), is_open: false };
+        let racer = Racer { way: lane.way, leads: place != Place::Later, selection: selection.clone() };
+        Ok(Some((selection, (self.question.by_states)(&racer, engine)?)))
     }
 
-    /// Takes the symbolic engine, which was the first to know all states, in turns with other orders, until the explicit
-    /// engine takes over; it never does if the memory does not suffice.
-    fn begun(&mut self, begun: Begun, settings: Settings) -> Result<AnyEngine> {
-        let Begun { explored, budget, rest, pace } = begun;
-        let count = explored.count()?;
-        let states = u64::try_from(&count).unwrap_or(u64::MAX);
-        let symbolic = explored.engine()?;
-        self.take(Storage::Symbolic, "diagrams found all states first");
-        let steps = pace.work(states).saturating_mul(settings.thresholds.steps_per_work);
-        let rest = Rest {
-            exploration: rest,
-            settings: settings.clone(),
-            states: usize::try_from(states).unwrap_or(0),
+    /// Returns the settings of a way. The one that is the likeliest to be the first has half of the memory.
+    fn settings(&self, lane: &Arc<Lane>, storage: Storage) -> Settings {
+        let all = self.settings.memory;
+        let first = |way: &Way| matches!(way, Way::Symbolic(_));
+        let memory = match self.ways.len() as u64 {
+            _ if lane.is_last => all,
+            1 => all,
+            _ if self.ways.iter().position(first) == Some(lane.way) => all / 2,
+            ways => all / 2 / (ways - 1),
         };
-        let rest = (pace.bytes(states) <= settings.memory).then_some((rest, steps));
-        Ok(HandOver::new(symbolic, settings, budget, rest).into())
-    }
-
-    /// Selects an engine.
-    fn take(&mut self, storage: Storage, reason: impl Into<String>) {
-        *self = Selection { storage, reason: Some(reason.into()), is_open: false };
+        Settings { memory, storage, sink: Arc::clone(lane) as _, ..self.settings.clone() }
     }
 }

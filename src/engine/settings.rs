@@ -35,8 +35,8 @@ meliora_base::named! {
     }
 }
 
-/// The share in the memory of each engine that takes turns with a first one: one in this many bytes.
-pub(crate) const MEMORY_SHARE: u64 = 8;
+/// The steps of diagrams that take about as long as a unit of work of the explicit engine: a state or a successor.
+pub(crate) const STEPS_PER_WORK: u64 = 2;
 
 /// The settings of an engine. Only the scope has an influence on results.
 #[derive(Clone)]
@@ -52,6 +52,8 @@ pub struct Settings {
     pub order: Order,
     /// The thresholds at which the symbolic engine switches between methods with the same result.
     pub thresholds: Thresholds,
+    /// The number of threads of a [`Selection`](crate::Selection) that is open: as many ways run at once.
+    pub threads: usize,
     /// The progress sink, which also cancels work.
     pub sink: Arc<dyn ProgressSink>,
 }
@@ -64,6 +66,7 @@ impl Default for Settings {
             memory: 2 << 30,
             order: Order::Auto,
             thresholds: Thresholds::default(),
+            threads: 1,
             sink: Arc::new(NoProgress),
         }
     }
@@ -76,7 +79,4 @@ pub struct Usage {
     pub peak_nodes: u64,
     /// The bytes of the engine's own tables.
     pub bytes: u64,
-    /// The steps of diagrams after which the explicit engine took over, if it did; see
-    /// [`Selection`](crate::Selection).
-    pub taken_over_after: Option<u64>,
 }

@@ -272,12 +272,9 @@ impl<F: Findings> Envelope<F> {
 }
 
 impl<F: Findings> Envelope<F> {
-    /// Adds the nodes that an engine has used, and whether the other engine took over.
+    /// Adds the nodes that an engine has used.
     pub fn used(&mut self, usage: Usage) {
         self.memory.peak_nodes = self.memory.peak_nodes.max(usage.peak_nodes);
-        if let Some(steps) = usage.taken_over_after {
-            self.header.take_over(steps);
-        }
     }
 }
 

@@ -85,13 +85,6 @@ impl Header {
         self.engine_reason.clone_from(&selection.reason);
     }
 
-    /// Adds that the explicit engine took over after some steps of diagrams.
-    pub(crate) fn take_over(&mut self, steps: u64) {
-        self.engine = Some(Storage::Explicit.name());
-        self.engine_reason =
-            Some(format!("after {steps} steps of diagrams, as many as it takes to list the states"));
-    }
-
     /// Adds the contents of the model.
     pub fn read(&mut self, program: &Program) {
         if let Some(model) = &mut self.model {
@@ -281,23 +274,5 @@ impl ModelSummary {
         };
         let constants = self.constants.iter().map(|(name, value)| format!("{name}={}", shown(name, value)));
         constants.collect::<Vec<_>>().join(", ")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::ReachReport;
-    use crate::header::Header;
-    use meliora_engine::Usage;
-
-    #[test]
-    fn the_engine_that_took_over_is_named() {
-        let mut report = ReachReport::new(Header { engine: Some("symbolic"), ..Header::of_model("m") });
-        report.used(Usage { peak_nodes: 3, ..Usage::default() });
-        assert_eq!((report.header.engine, report.memory.peak_nodes), (Some("symbolic"), 3));
-        report.used(Usage { peak_nodes: 2, taken_over_after: Some(70), ..Usage::default() });
-        assert_eq!((report.header.engine, report.memory.peak_nodes), (Some("explicit"), 3));
-        let reason = "after 70 steps of diagrams, as many as it takes to list the states";
-        assert_eq!(report.header.engine_reason.as_deref(), Some(reason));
     }
 }

@@ -11,7 +11,6 @@ use meliora_base::progress::ProgressSink;
 const RUNNING: u8 = 0;
 const OUT_OF_TIME: u8 = 1;
 const OUT_OF_MEMORY: u8 = 2;
-const OUT_OF_SHARE: u8 = 3;
 
 /// The memory by which work may exceed its limit before it is left behind, in bytes. Work that asks
 /// whether to stop exceeds it by less.
@@ -125,8 +124,6 @@ fn joined(words: &[&str], separator: &str) -> String {
 struct Limits {
     time: Option<TimeLimit>,
     memory: Option<MemoryLimit>,
-    /// The end of a part of the work.
-    share: Option<Instant>,
 }
 
 /// Cancels work, and follows its progress.
@@ -173,14 +170,16 @@ impl Supervisor {
         self.interrupted.store(false, Relaxed);
     }
 
-    /// Limits the work that follows to its share of the remaining time, if `parts` such parts are left and one
-    /// more; `None` ends this limit.
-    pub fn share(&self, parts: Option<usize>) {
-        let mut limits = lock(&self.limits);
-        let all = parts.and_then(|parts| u32::try_from(parts).ok()?.checked_add(1));
-        let share = |time: TimeLimit| Some(Instant::now() + time.remaining() / all?);
-        limits.share = limits.time.and_then(share);
-        let _ = self.reached.compare_exchange(OUT_OF_SHARE, RUNNING, Relaxed, Relaxed);
+    /// Returns the end of a share of the remaining time, if `parts` such parts are left and one more; `None` without a
+    /// time limit.
+    pub fn share(&self, parts: usize) -> Option<Instant> {
+        let all = u32::try_from(parts).ok()?.checked_add(1)?;
+        lock(&self.limits).time.map(|time| Instant::now() + time.remaining() / all)
+    }
+
+    /// Returns the limit of work that has used up its share of the time.
+    pub fn late(&self) -> Limit {
+        Limit::Time(lock(&self.limits).time.map_or(Duration::ZERO, |time| time.timeout))
     }
 
     /// Limits the memory of the process to `bytes` and 64 MiB.
@@ -237,7 +236,6 @@ impl Supervisor {
         let reached = match (limits.time, limits.memory) {
             (Some(time), _) if time.remaining().is_zero() => OUT_OF_TIME,
             (_, Some(memory)) if memory.is_exceeded_by(0) => OUT_OF_MEMORY,
-            _ if limits.share.is_some_and(|end| end <= Instant::now()) => OUT_OF_SHARE,
             _ => return,
         };
         let _ = self.reached.compare_exchange(RUNNING, reached, Relaxed, Relaxed);
@@ -298,16 +296,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_share_of_the_time_ends_a_part_of_the_work_and_not_the_work() {
+    fn a_share_is_a_part_of_the_time_that_is_left() {
         let supervisor = Supervisor::new();
-        supervisor.share(Some(1));
-        assert_eq!(supervisor.stop(), None, "without a time limit");
+        assert_eq!(supervisor.share(1), None, "without a time limit");
         supervisor.reset(TimeLimit::starting_now(Duration::from_secs(3600)));
-        supervisor.share(Some(3_600_000));
-        std::thread::sleep(2 * CHECKS);
-        assert!(matches!(supervisor.stop(), Some(Limit::Time(_))));
-        assert_eq!(supervisor.overdue(), None);
-        supervisor.share(None);
+        let left = supervisor.share(3).unwrap().saturating_duration_since(Instant::now());
+        assert!((899..=900).contains(&left.as_secs()), "{left:?}");
         assert_eq!(supervisor.stop(), None);
     }
 }

@@ -4,5 +4,4 @@
 
 pub mod agreement;
 pub mod brute;
-pub mod handed_over;
 pub mod random_program;

@@ -6,7 +6,8 @@ use std::sync::Arc;
 use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::regions::{self, Which, regions};
 use meliora::engine::{
-    Algebra, Decision, Engine, ExplicitEngine, Initially, Scope, Selection, Settings, Storage, SymbolicEngine,
+    Algebra, AnyEngine, Engine, ExplicitEngine, Guided, Question, Racer, Scope, Selection, Settings,
+    SymbolicEngine,
 };
 use meliora::error::{Error, Result};
 use meliora::model::predicate::Predicate;
@@ -27,10 +28,6 @@ fn register() -> String {
     )
 }
 
-fn open() -> Selection {
-    Selection { storage: Storage::Symbolic, reason: None, is_open: true }
-}
-
 fn settings(work_before_diagrams: u64, first_turn: u64) -> Settings {
     let thresholds = Thresholds { work_before_diagrams, first_turn, ..Thresholds::default() };
     Settings { memory: 64 << 20, thresholds, ..Settings::default() }
@@ -47,40 +44,42 @@ fn initial<E: Engine>(engine: &E, target: &Predicate) -> Result<Vec<Vec<State>>>
     Which::ALL.into_iter().map(inside).collect()
 }
 
-/// A question that all valuations may answer.
-fn over_all<T>(question: &dyn Fn(&SymbolicEngine) -> Result<T>) -> Initially<'_, T> {
-    Initially { everywhere: Some(question), target: None }
-}
-
 /// Returns whether some strategy reaches a target almost surely from all initial states.
 fn is_sure<E: Engine>(engine: &E, target: &Predicate) -> Result<bool> {
     let sure = regions::pmax_one(engine, &engine.states_where(target)?)?;
     engine.is_empty(&engine.difference(&engine.initial_states(), &sure)?)
 }
 
-/// Asks the same in all ways. Returns the answer, and whether a guided search has found it.
-fn is_sure_in_turns(program: &Arc<Program>, target: &Predicate, settings: Settings) -> Result<(bool, bool)> {
-    let judge = |engine: &SymbolicEngine| is_sure(engine, target);
-    let question = Initially { everywhere: Some(&judge), target: Some(target) };
-    Ok(match open().decide(program, settings, &question)? {
-        Decision::Answered(answer) => (answer, false),
-        Decision::Guided(search) => (search.answer() == Some(true), true),
-        Decision::Built(engine) => (is_sure(&engine, target)?, false),
-    })
+/// The way that has answered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum By {
+    States,
+    Everywhere,
+    Guided,
 }
 
-/// Asks for the initial states in each region. Returns them, and whether all valuations answered.
+/// Asks whether some strategy reaches a target almost surely, in all ways.
+fn is_sure_in_turns(program: &Arc<Program>, target: &Predicate, settings: Settings) -> Result<(bool, By)> {
+    let by_states = |_: &Racer, engine: AnyEngine| Ok((is_sure(&engine, target)?, By::States));
+    let judge = |engine: &SymbolicEngine| Ok((is_sure(engine, target)?, By::Everywhere));
+    let searched = |search: Guided| Ok((search.answer() == Some(true), By::Guided));
+    let question =
+        Question { everywhere: Some(&judge), guided: Some((target, &searched)), ..Question::of(&by_states) };
+    Selection::open().answer(program, settings, &question)
+}
+
+/// Asks for the initial states in each region.
 fn decided(
     program: &Arc<Program>,
     target: &Predicate,
     settings: Settings,
-) -> Result<(Vec<Vec<State>>, bool)> {
-    let judge = |engine: &SymbolicEngine| initial(engine, target);
-    match open().decide(program, settings, &over_all(&judge))? {
-        Decision::Answered(found) => Ok((found, true)),
-        Decision::Guided(_) => unreachable!("not asked for"),
-        Decision::Built(engine) => Ok((initial(&engine, target)?, false)),
-    }
+) -> Result<(Vec<Vec<State>>, By, Selection)> {
+    let by_states = |_: &Racer, engine: AnyEngine| Ok((initial(&engine, target)?, By::States));
+    let judge = |engine: &SymbolicEngine| Ok((initial(engine, target)?, By::Everywhere));
+    let question = Question { everywhere: Some(&judge), ..Question::of(&by_states) };
+    let mut selection = Selection::open();
+    let (found, by) = selection.answer(program, settings, &question)?;
+    Ok((found, by, selection))
 }
 
 proptest! {
@@ -96,7 +95,7 @@ proptest! {
         let expected = initial(&explicit, &target).unwrap();
         for first_turn in [1, 20, 300, 1 << 20] {
             for work in [0, 1 << 20] {
-                let (found, _) = decided(&program, &target, settings(work, first_turn)).unwrap();
+                let (found, ..) = decided(&program, &target, settings(work, first_turn)).unwrap();
                 prop_assert_eq!(&found, &expected, "{} {}", work, first_turn);
             }
         }
@@ -124,15 +123,8 @@ fn target(program: &Arc<Program>, text: &str) -> Predicate {
 #[test]
 fn all_valuations_answer_before_a_long_way_forward_ends() {
     let program = program(&register());
-    let mut selection = Selection::open();
-    let done = target(&program, "done");
-    let judge = |engine: &SymbolicEngine| initial(engine, &done);
-    match selection.decide(&program, Settings::default(), &over_all(&judge)).unwrap() {
-        Decision::Answered(found) => {
-            assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 0, 0]);
-        }
-        Decision::Built(_) | Decision::Guided(_) => panic!("the states are too many"),
-    }
+    let (found, by, selection) = decided(&program, &target(&program, "done"), Settings::default()).unwrap();
+    assert_eq!((found.iter().map(Vec::len).collect::<Vec<_>>(), by), (vec![1, 1, 0, 0], By::Everywhere));
     assert!(selection.reason.unwrap().contains("over all valuations"));
 }
 
@@ -140,9 +132,8 @@ fn all_valuations_answer_before_a_long_way_forward_ends() {
 fn a_question_of_the_scope_all_has_its_states_counted() {
     let program = program("mdp module m x : [0..9999]; [] x>0 -> (x'=x-1); endmodule");
     let settings = Settings { scope: Scope::All, ..settings(0, 1) };
-    let found = open().decide(&program, settings, &over_all(&|_| Ok(()))).unwrap();
-    let Decision::Built(engine) = found else { panic!("not explored") };
-    assert_eq!(engine.count(&engine.all_states()).unwrap(), 10_000u32.into());
+    let (_, by, _) = decided(&program, &target(&program, "x=0"), settings).unwrap();
+    assert_eq!(by, By::States);
 }
 
 /// A model whose command leaves the range of x where y = FAULT, and whose y is 0 or 1 where reachable.
@@ -164,10 +155,10 @@ fn a_state_without_a_meaning_counts_only_if_it_is_reached() {
         let reached = decided(&program, &target(&program, "x=3"), settings(0, first_turn));
         assert!(matches!(reached, Err(Error::Input(_))), "a fault that is reached");
         let program = faulty("5");
-        let (found, _) = decided(&program, &target(&program, "x=3"), settings(0, first_turn)).unwrap();
+        let (found, ..) = decided(&program, &target(&program, "x=3"), settings(0, first_turn)).unwrap();
         assert_eq!(found.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1, 1, 1]);
         // The target has no value where y = 5, which is not reached, or where y = 1, which is.
-        let (found, _) =
+        let (found, ..) =
             decided(&program, &target(&program, "mod(x, (y-5)*(y-5)) = 3"), settings(0, first_turn)).unwrap();
         assert_eq!(found[0].len(), 1);
         let without =
@@ -179,6 +170,6 @@ fn a_state_without_a_meaning_counts_only_if_it_is_reached() {
 #[test]
 fn a_guided_search_answers_by_the_states_near_its_way() {
     let program = program(&register());
-    let (found, is_guided) = is_sure_in_turns(&program, &target(&program, "done"), settings(0, 1)).unwrap();
-    assert!(found && is_guided);
+    let found = is_sure_in_turns(&program, &target(&program, "done"), settings(0, 1)).unwrap();
+    assert_eq!(found, (true, By::Guided));
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meliora::engine::ExplicitEngine;
-use meliora::engine::{AnyEngine, Engine, Scope, Settings};
+use meliora::engine::{AnyEngine, Engine, Scope, Settings, Storage};
 use meliora::engine::{Order, SymbolicEngine};
 use meliora::error::{Error, Result, SourceFile};
 use meliora::lang;
@@ -13,7 +13,6 @@ use proptest::prelude::*;
 
 use crate::common::agreement;
 use crate::common::brute::Brute;
-use crate::common::handed_over::{handed_over, in_turns};
 use crate::common::random_program::{random_predicate, random_program};
 
 /// The numbers from which a random program is made.
@@ -61,40 +60,20 @@ proptest! {
         }
     }
 
-    /// After these steps for each state and successor, sets of diagrams and of the explicit engine meet in most operations.
     #[test]
-    fn every_operation_is_that_of_the_reference_once_the_explicit_engine_takes_over(
+    fn every_operation_of_either_engine_is_that_of_the_reference(
         of in numbers(160),
         first in numbers(20),
         second in numbers(20),
         scope in scope(),
-        steps in prop::sample::select(vec![0, 1, 2, 5, 10, 30, 100, 300]),
+        storage in prop::sample::select(Storage::ALL.to_vec()),
     ) {
         let mut program = random_program(&of, false);
         let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
         let program = Arc::new(program);
         let brute = Brute::new(&program, scope).unwrap();
-        let settings = Settings { scope, memory: 64 << 20, ..Settings::default() };
-        let engine = handed_over(&program, settings, steps);
-        agreement::check(&engine, &program, &brute, &predicates);
-        prop_assert!(steps > 0 || engine.usage().taken_over_after == Some(0));
-    }
-
-    /// Orders take turns in the middle of operations, so sets of all of them meet, and those of the explicit engine.
-    #[test]
-    fn every_operation_is_that_of_the_reference_in_turns(
-        of in numbers(160),
-        first in numbers(20),
-        second in numbers(20),
-        scope in scope(),
-        steps in prop::sample::select(vec![1, 100, 1000, u64::MAX]),
-    ) {
-        let mut program = random_program(&of, false);
-        let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
-        let program = Arc::new(program);
-        let brute = Brute::new(&program, scope).unwrap();
-        let settings = Settings { scope, memory: 256 << 20, ..Settings::default() };
-        let engine = in_turns(&program, settings, steps);
+        let settings = Settings { scope, storage, memory: 64 << 20, ..Settings::default() };
+        let engine = AnyEngine::new(Arc::clone(&program), settings).unwrap();
         agreement::check(&engine, &program, &brute, &predicates);
     }
 

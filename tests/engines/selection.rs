@@ -1,22 +1,20 @@
-//! The selection of an engine by the states: both engines explore in turns, and whichever is taken, the
-//! answers are the same.
+//! Several ways race for an answer: whichever ends first, the answer is the same.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 
 use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::regions::{Regions, regions};
 use meliora::engine::{
-    Algebra, AnyEngine, Engine, ExplicitEngine, ProgressSink, Scope, Selection, Settings, Storage,
+    Algebra, AnyEngine, Engine, ExplicitEngine, ProgressSink, Question, Racer, Scope, Selection, Settings,
     SymbolicEngine,
 };
-use meliora::error::{Error, Limit, SourceFile};
+use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::predicate::Predicate;
 use meliora::model::{Program, State};
 use proptest::prelude::*;
 
-use crate::common::handed_over;
 use crate::common::random_program::{random_predicate, random_program};
 use crate::explicit::numbers;
 
@@ -41,7 +39,7 @@ fn listed<E: Engine>(engine: &E, target: &Predicate) -> (Regions<Vec<State>>, St
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig::with_cases(40))]
 
     #[test]
     fn turns_of_any_size_leave_the_answers_the_same(
@@ -58,17 +56,22 @@ proptest! {
         let explicit = ExplicitEngine::new(program.clone(), settings(scope, 0)).unwrap();
         let expected = listed(&explicit, &target);
         prop_assert_eq!(&listed(&symbolic, &target), &expected);
-        for stage in [0, 1, 2, 3, 5, 8, 13, 40, 200, 1 << 20] {
+        for (stage, threads) in [(0, 1), (1, 1), (2, 3), (5, 1), (13, 2), (200, 1), (200, 4), (1 << 20, 1)] {
             for lists_states in [false, true] {
-                let build = || {
+                let answer = || {
+                    let settings = Settings { threads, ..settings(scope, stage) };
                     let mut selection = Selection::open();
-                    let engine = selection.build(&program, settings(scope, stage), lists_states).unwrap();
-                    (engine, selection)
+                    let by_states = |_: &Racer, engine: AnyEngine| Ok(listed(&engine, &target));
+                    let question = Question { lists_states, ..Question::of(&by_states) };
+                    let found = selection.answer(&program, settings, &question).unwrap();
+                    (found, selection)
                 };
-                let (engine, selection) = build();
-                prop_assert_eq!(engine.storage(), selection.storage);
-                prop_assert_eq!(&listed(&engine, &target), &expected, "{} {}", stage, lists_states);
-                prop_assert_eq!(build().1, selection, "each run takes the same engine");
+                let (found, selection) = answer();
+                prop_assert_eq!(&found, &expected, "{} {} {}", stage, threads, lists_states);
+                prop_assert!(!selection.is_open);
+                if threads == 1 {
+                    prop_assert_eq!(answer().1, selection, "each run takes the same way");
+                }
             }
         }
     }
@@ -79,6 +82,17 @@ pub(crate) fn program(text: &str) -> Arc<Program> {
     Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
 }
 
+/// Builds the engine that is the first to know all states.
+fn built(
+    selection: &mut Selection,
+    program: &Arc<Program>,
+    settings: Settings,
+    lists_states: bool,
+) -> Result<AnyEngine> {
+    let by_states = |_: &Racer, engine: AnyEngine| Ok(engine);
+    selection.answer(program, settings, &Question { lists_states, ..Question::of(&by_states) })
+}
+
 fn taken(text: &str, lists_states: bool) -> (AnyEngine, String) {
     taken_in(text, Settings::default(), lists_states)
 }
@@ -86,7 +100,7 @@ fn taken(text: &str, lists_states: bool) -> (AnyEngine, String) {
 fn taken_in(text: &str, settings: Settings, lists_states: bool) -> (AnyEngine, String) {
     let program = program(text);
     let mut selection = Selection::open();
-    let engine = selection.build(&program, settings, lists_states).unwrap();
+    let engine = built(&mut selection, &program, settings, lists_states).unwrap();
     let name = selection.storage.name();
     (engine, format!("{name}: {}", selection.reason.unwrap_or_default()))
 }
@@ -147,8 +161,8 @@ fn a_fault_that_either_engine_finds_is_one_of_the_model() {
     let program = program(text);
     for stage in [0, 100, 10_000] {
         for lists_states in [false, true] {
-            let built = Selection::open().build(&program, settings(Scope::Reachable, stage), lists_states);
-            let error = built.err().unwrap();
+            let settings = settings(Scope::Reachable, stage);
+            let error = built(&mut Selection::open(), &program, settings, lists_states).err().unwrap();
             assert!(!matches!(error, Error::Limit(_)), "{error}");
         }
     }
@@ -162,9 +176,8 @@ fn a_small_memory_is_a_limit_of_both_together() {
     let program = program(text);
     for lists_states in [false, true] {
         let memory = 4 << 20;
-        let built =
-            Selection::open().build(&program, Settings { memory, ..Settings::default() }, lists_states);
-        let error = built.err().unwrap();
+        let settings = Settings { memory, ..Settings::default() };
+        let error = built(&mut Selection::open(), &program, settings, lists_states).err().unwrap();
         assert!(matches!(error, Error::Limit(Limit::Memory { .. })), "{error}");
     }
 }
@@ -179,91 +192,66 @@ fn game(ours: &str, theirs: &str) -> String {
     )
 }
 
-/// Finds the states by diagrams in their first turn, then the regions of a target.
-fn begun_by_diagrams(text: &str, target: &str) -> AnyEngine {
-    let settings = in_turns(Scope::Reachable, 1, 1 << 40);
-    let (engine, said) = taken_in(text, settings, false);
-    assert_eq!(said, "symbolic: diagrams found all states first");
-    assert_eq!(engine.storage(), Storage::Symbolic);
-    finds_the_regions(&engine, target);
-    engine
-}
-
-/// Compares the regions of a target with those of the explicit engine alone.
-fn finds_the_regions(engine: &AnyEngine, target: &str) {
-    let source = SourceFile::new("target", target);
-    let target = lang::parse_expression(&source).unwrap();
-    let target = lang::lower_target(engine.program(), &source, &target).unwrap();
-    let found = regions(engine, &engine.states_where(&target).unwrap()).unwrap();
-    let alone = ExplicitEngine::new(Arc::clone(engine.program()), Settings::default()).unwrap();
-    let expected = regions(&alone, &alone.states_where(&target).unwrap()).unwrap();
-    let [found, expected] =
-        [found.map(|x| engine.count(&x).unwrap()), expected.map(|x| alone.count(&x).unwrap())];
-    assert_eq!(found, expected);
-}
-
 /// A model of 14,021 states that diagrams find at once, but whose fixpoints are long by diagrams.
 const LONG_FIXPOINTS: &str = "mdp module m t : [0..1]; x : [0..2002] init 1; y : [0..6]; \
     [] t=0 -> (t'=1) & (x'=mod(5*x+y, 2003)); [] t=0 -> (t'=1) & (x'=mod(x*3+1, 2003)); \
     [] t=1 -> (t'=0) & (y'=mod(y+x, 7)); [] t=1 -> 0.5: (t'=0) & (y'=0) + 0.5: (t'=0); endmodule";
 
-#[test]
-fn the_explicit_engine_takes_over_a_question_that_is_long_by_diagrams() {
-    let begun = || begun_by_diagrams(LONG_FIXPOINTS, "t=1 & x=0 & y=0");
-    let engine = begun();
-    assert_eq!(engine.storage(), Storage::Explicit);
-    let steps = engine.usage().taken_over_after;
-    assert!(steps > Some(0));
-    assert_eq!(begun().usage().taken_over_after, steps, "each run takes the same steps");
-}
-
-/// The engine of [`LONG_FIXPOINTS`] whose first turn ends soon.
-fn in_short_turns(steps_per_work: u64) -> AnyEngine {
-    let none = SourceFile::new("none", "");
-    let program = lang::load(&SourceFile::new("m", LONG_FIXPOINTS), &none).unwrap().program;
-    let settings = Settings { memory: 1 << 30, ..Settings::default() };
-    handed_over::in_turns(&Arc::new(program), settings, steps_per_work)
-}
-
-#[test]
-fn orders_take_turns_with_a_long_question_and_each_run_takes_the_same() {
-    let ends = || {
-        let engine = in_short_turns(u64::MAX);
-        let before = engine.usage();
-        for x in 0..3 {
-            finds_the_regions(&engine, &format!("t=1 & x={x} & y=0"));
-        }
-        assert_eq!(engine.storage(), Storage::Symbolic);
-        assert!(engine.usage().peak_nodes > before.peak_nodes);
-        (engine.symbolic().unwrap().encoding().names(), engine.usage())
+/// Answers by the regions of a target; the engine of diagrams has to wait after its first turn.
+fn regions_in_short_turns(threads: usize) -> (Regions<Vec<State>>, Selection, Vec<usize>) {
+    let program = program(LONG_FIXPOINTS);
+    let asked = Mutex::new(Vec::new());
+    let by_states = |racer: &Racer, engine: AnyEngine| {
+        asked.lock().unwrap().push(racer.way);
+        let target = engine.singleton(&[1, 0, 0])?;
+        let found = regions(&engine, &target)?;
+        Ok(found.map(|x| engine.list_states(&x, usize::MAX).unwrap()))
     };
-    let (order, usage) = ends();
-    assert_eq!(ends(), (order, usage));
+    let settings = in_turns(Scope::Reachable, 1, 1 << 12);
+    let thresholds = Thresholds { lead: 0, ..settings.thresholds };
+    let settings = Settings { threads, thresholds, ..settings };
+    let mut selection = Selection::open();
+    let found = selection.answer(&program, settings, &Question::of(&by_states)).unwrap();
+    (found, selection, asked.into_inner().unwrap())
 }
 
 #[test]
-fn the_explicit_engine_takes_over_from_whichever_order_has_its_turn() {
-    for steps_per_work in [1, 2, 4, 8, 12, 16] {
-        let engine = in_short_turns(steps_per_work);
-        finds_the_regions(&engine, "t=1 & x=0 & y=0");
-        finds_the_regions(&engine, "t=1 & x=1 & y=0");
-        let steps = engine.usage().taken_over_after;
-        assert_eq!(engine.storage() == Storage::Explicit, steps.is_some());
-        assert!(steps_per_work > 4 || steps.is_some(), "{steps_per_work}");
+fn other_ways_answer_a_question_that_is_long_for_the_first_to_know_the_states() {
+    let (found, selection, asked) = regions_in_short_turns(1);
+    let alone =
+        ExplicitEngine::new(program(LONG_FIXPOINTS), Settings::default()).map(AnyEngine::from).unwrap();
+    let expected = regions(&alone, &alone.singleton(&[1, 0, 0]).unwrap()).unwrap();
+    let expected = expected.map(|x| alone.list_states(&x, usize::MAX).unwrap());
+    assert_eq!(found, expected);
+    assert!(asked.len() > 1, "{asked:?}");
+    assert_eq!(regions_in_short_turns(1), (found.clone(), selection, asked), "each run takes the same turns");
+    assert_eq!(regions_in_short_turns(3).0, found);
+}
+
+#[test]
+fn an_engine_that_has_won_goes_on_without_turns() {
+    let (engine, _) = taken_in(LONG_FIXPOINTS, in_turns(Scope::Reachable, 1, 1 << 10), false);
+    let found = regions(&engine, &engine.singleton(&[1, 0, 0]).unwrap());
+    assert!(found.is_ok());
+}
+
+#[test]
+fn a_cancelled_question_ends_all_ways() {
+    for threads in [1, 2, 4] {
+        let sink = Arc::new(Stopping::default());
+        let settings =
+            Settings { threads, sink: Arc::clone(&sink) as _, ..in_turns(Scope::Reachable, 1, 1 << 10) };
+        let by_states = |_: &Racer, engine: AnyEngine| {
+            sink.0.store(true, Relaxed);
+            // This way never ends, and the others wait for their turns.
+            loop {
+                regions(&engine, &engine.singleton(&[1, 0, 0])?)?;
+            }
+        };
+        let found: Result<()> =
+            Selection::open().answer(&program(LONG_FIXPOINTS), settings, &Question::of(&by_states));
+        assert!(matches!(found, Err(Error::Limit(Limit::Interrupted))));
     }
-}
-
-#[test]
-fn a_cancelled_question_is_not_taken_over() {
-    let sink = Arc::new(Stopping::default());
-    let settings = Settings { sink: Arc::clone(&sink) as _, ..in_turns(Scope::Reachable, 1, 1 << 40) };
-    let (engine, _) = taken_in(LONG_FIXPOINTS, settings, false);
-    sink.0.store(true, Relaxed);
-    let target = engine.singleton(&[0, 0, 0]);
-    assert!(matches!(target.err(), Some(Error::Limit(Limit::Interrupted))));
-    assert_eq!(engine.usage().taken_over_after, None);
-    sink.0.store(false, Relaxed);
-    assert!(engine.singleton(&[0, 0, 0]).is_ok());
 }
 
 /// A sink that ends the work once it is true.

@@ -15,7 +15,6 @@ use meliora::planning::{RegionSearch, temporal::judged};
 use proptest::prelude::*;
 
 use crate::common::brute::{Brute, Set};
-use crate::common::handed_over::{handed_over, in_turns};
 use crate::common::random_program::{random_predicate, random_program};
 use crate::lasso::watched;
 
@@ -198,14 +197,6 @@ proptest! {
         let (symbolic, explicit) = engines(&case.program, Scope::Reachable);
         let expected = answers(&explicit, &case);
         prop_assert_eq!(&answers(&symbolic, &case), &expected, "{}", &formula);
-        for steps in [0, 1, 4, 16, 64] {
-            let settings = Settings { memory: 64 << 20, ..Settings::default() };
-            let taken_over = handed_over(&Arc::new(case.program.clone()), settings, steps);
-            prop_assert_eq!(&answers(&taken_over, &case), &expected, "{} after {}", &formula, steps);
-        }
-        let settings = Settings { memory: 256 << 20, ..Settings::default() };
-        let turns = in_turns(&Arc::new(case.program.clone()), settings, u64::MAX);
-        prop_assert_eq!(&answers(&turns, &case), &expected, "{} in turns", &formula);
         // With fresh monitors the states are those of the model, and so are its deadlocks.
         let plain = Brute::new(&case.program.without_monitors(), Scope::Reachable).unwrap();
         let fresh = case.program.predicate(case.program.monitors.as_ref().unwrap().fresh);

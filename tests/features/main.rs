@@ -6,9 +6,6 @@ mod certificates;
 mod coverage;
 #[path = "../common/graphs.rs"]
 mod graphs;
-#[path = "../common/handed_over.rs"]
-#[allow(unreachable_pub, reason = "shared")]
-mod handed_over;
 mod joint;
 mod likely;
 mod plans;
@@ -27,7 +24,6 @@ use meliora::model::{Program, State};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Options, Safety, StrategyKind};
 use proptest::prelude::ProptestConfig;
 
-use handed_over::{handed_over, in_turns};
 use random_case::RandomCase;
 
 /// Settings for each engine, and for the symbolic one with the declared order.
@@ -54,38 +50,16 @@ impl Analysed {
         safety: Safety,
     ) -> Self {
         let engine = AnyEngine::new(Arc::clone(program), settings).unwrap();
-        Self::with((program, preferences), engine, safety)
-    }
-
-    fn with(
-        (program, preferences): (&Arc<Program>, &Arc<Preferences>),
-        engine: AnyEngine,
-        safety: Safety,
-    ) -> Self {
         let mut analysis = Analysis::new(&Arc::new(engine), preferences, Options { safety, max_level: None });
         analysis.run(&mut |_| ()).unwrap();
         Analysed { program: Arc::clone(program), analysis }
     }
 
-    /// The analyses of a case by all engines. The last are several in turns, until the explicit engine takes over after a
-    /// share of the question that depends on the case.
+    /// The analyses of a case by all engines.
     fn all(case: &RandomCase) -> [Self; 3] {
         let (program, preferences) = case.load();
         let given = (&program, &preferences);
-        let [symbolic, explicit, declared] = settings(case);
-        let number = case.model.len() % 14;
-        let steps = [0, 1, 3, 10, 30, 100, 300][number / 2];
-        let several = match number % 2 {
-            0 => handed_over(&program, declared, steps),
-            _ => {
-                in_turns(&program, Settings { order: Order::Auto, memory: 128 << 20, ..declared }, 10 * steps)
-            }
-        };
-        [
-            Self::new(given, symbolic, case.safety),
-            Self::new(given, explicit, case.safety),
-            Self::with(given, several, case.safety),
-        ]
+        settings(case).map(|settings| Self::new(given, settings, case.safety))
     }
 
     /// The states of the scope, unsafe ones included.

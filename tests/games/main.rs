@@ -3,9 +3,6 @@
 
 mod certificates;
 mod dumps;
-#[path = "../common/handed_over.rs"]
-#[allow(unreachable_pub, reason = "shared")]
-mod handed_over;
 mod levels;
 mod library;
 mod moves;

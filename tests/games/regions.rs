@@ -10,7 +10,6 @@ use meliora::model::predicate::Predicate;
 use meliora::model::property::{Bound, Strategies};
 use proptest::prelude::*;
 
-use super::handed_over::{handed_over, in_turns};
 use super::raw::{Enforced, Raw, Won, program};
 use super::{settings, some_game, thresholds};
 
@@ -94,15 +93,8 @@ fn check_all(raw: &Raw, target: &[bool], thresholds: &[Thresholds]) {
         let program = Arc::new(program(&text));
         let target = target_of(&program);
         check(&explicit(&program), &target, &values, &expected, raw);
-        for (number, &thresholds) in thresholds.iter().enumerate() {
+        for &thresholds in thresholds {
             check(&symbolic(&program, thresholds), &target, &values, &expected, raw);
-            let steps = [0, 1, 4, 20, 100][number % 5];
-            let settings = settings(Scope::All, Thresholds::default());
-            let several = match number % 2 {
-                0 => handed_over(&program, settings, steps),
-                _ => in_turns(&program, Settings { memory: 256 << 20, ..settings }, 50 * steps),
-            };
-            check(&several, &target, &values, &expected, raw);
         }
     }
 }

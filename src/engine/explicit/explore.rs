@@ -10,11 +10,10 @@ use super::index::{Index, NOBODY};
 use super::initial::Search;
 use super::layout::{Layout, width};
 use super::meter::{Array, Meter};
-use super::pace::Pace;
 use super::program::Prepared;
 use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
-use crate::settings::{Scope, Settings};
+use crate::settings::{STEPS_PER_WORK, Scope, Settings};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_model::players::Unlisted;
 use meliora_model::temporal::Begin;
@@ -68,8 +67,8 @@ pub(super) struct Explored {
     pub(super) players: Option<Array<u32>>,
 }
 
-/// An exploration in turns: it can be interrupted and continued.
-pub(crate) struct Exploration {
+/// An exploration.
+pub(super) struct Exploration {
     pub(super) task: Task,
     found: Found,
 }
@@ -121,20 +120,13 @@ impl Exploration {
         Ok(Exploration { task, found })
     }
 
-    /// Continues until all states are explored or the work so far is `most`, counted in states and their
-    /// successors, and in steps of the search for the initial states. Returns true if all are explored.
-    /// After an error, the exploration cannot go on.
+    /// Finds all initial states.
     ///
     /// # Errors
     /// A limit of the engine is reached, or a command has no meaning in some state.
-    pub(crate) fn run(&mut self, most: u64) -> Result<bool> {
+    pub(super) fn begin(&mut self) -> Result<()> {
         let Exploration { task, found } = self;
-        Ok(by_words!(task, begin(found, most))? && by_words!(task, explore(found, most))?)
-    }
-
-    /// Returns whether all initial states are found.
-    pub(crate) fn has_begun(&self) -> bool {
-        self.found.search.is_none()
+        by_words!(task, begin(found))
     }
 
     /// Returns the codes of the initial states, once they are found.
@@ -146,49 +138,23 @@ impl Exploration {
         index.into_iter().flat_map(|index| (0..self.found.started).map(|state| index.code(state)))
     }
 
-    /// Begins with these states, in the order of their values, if the search for the initial states has
-    /// not ended.
+    /// Explores all states, and returns the work.
+    #[cfg(test)]
+    pub(super) fn all_work(mut self) -> Result<u64> {
+        self.begin()?;
+        let Exploration { task, mut found } = self;
+        by_words!(task, explore(&mut found))?;
+        Ok(found.work)
+    }
+
+    /// Explores all states, and returns them with their choices and successors.
     ///
     /// # Errors
-    /// The memory limit or the maximum number of states is reached.
-    pub(crate) fn begin_with(&mut self, states: &[State]) -> Result<()> {
-        let Exploration { task, found } = self;
-        by_words!(task, take(found, states))
-    }
-
-    /// Sets the most bytes of the states and their successors.
-    pub(crate) fn set_memory(&mut self, bytes: u64) {
-        self.task.settings.memory = bytes;
-        self.task.meter.set_limit(bytes);
-    }
-
-    /// Makes room for a number of states, if the memory suffices: their table is not rebuilt then.
-    pub(crate) fn expect(&mut self, states: usize) {
-        if let Space::Indexed(index) = &mut self.found.space {
-            // Without the room, the table grows.
-            let _ = index.reserve(states);
-        }
-    }
-
-    /// Returns the work so far, counted in states and their successors; also in guards where states have many.
-    pub(crate) fn work(&self) -> u64 {
-        self.found.work
-    }
-
-    /// Returns the cost of the states explored so far.
-    pub(crate) fn pace(&self) -> Pace {
-        let Exploration { task, found } = self;
-        let (explored, reached) = (found.next as u64, found.space.len() as u64);
-        Pace { explored, work: found.work - found.searched, reached, bytes: task.meter.used() }
-    }
-
-    /// Explores the rest, and returns all states with their choices and successors.
-    ///
-    /// # Errors
-    /// The errors of [`Exploration::run`].
+    /// The errors of [`Exploration::begin`].
     pub(super) fn finish(mut self) -> Result<(Task, Explored)> {
-        self.run(u64::MAX)?;
-        let Exploration { task, found } = self;
+        self.begin()?;
+        let Exploration { task, mut found } = self;
+        by_words!(task, explore(&mut found))?;
         let explored = task.finish(found);
         Ok((task, explored))
     }
@@ -199,12 +165,12 @@ impl Task {
         self.layout.words()
     }
 
-    fn explore<const W: usize>(&self, found: &mut Found, most: u64) -> Result<bool> {
+    fn explore<const W: usize>(&self, found: &mut Found) -> Result<()> {
         let mut stepper = Stepper::new(&self.prepared);
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
-        while found.work < most && found.next < found.space.len() {
+        while found.next < found.space.len() {
             // A state with many successors takes as long as many states.
             if found.next.is_multiple_of(interval) || stepper.steps.len() >= PATIENCE {
                 self.report(found)?;
@@ -213,7 +179,7 @@ impl Task {
             self.look(found, &mut stepper, &code)?;
             found.add(&stepper, &code)?;
         }
-        Ok(found.next == found.space.len())
+        self.report(found)
     }
 
     fn start(&self) -> Result<Found> {
@@ -231,7 +197,7 @@ impl Task {
             started: space.len(),
             next: 0,
             work: 0,
-            searched: 0,
+            reported: 0,
             space,
             graph: Graph::new(&self.meter)?,
             initial: Vec::new(),
@@ -311,20 +277,16 @@ impl Task {
         Ok(Box::new(Beginning { search, codes: Array::new(&self.meter) }))
     }
 
-    /// Continues the search for the initial states until the work is `most`. Returns true if all are
-    /// found.
-    fn begin<const W: usize>(&self, found: &mut Found, most: u64) -> Result<bool> {
-        let Some(mut beginning) = found.search.take() else { return Ok(true) };
+    /// Searches for the initial states.
+    fn begin<const W: usize>(&self, found: &mut Found) -> Result<()> {
+        let Some(mut beginning) = found.search.take() else { return Ok(()) };
         let Beginning { search, codes } = &mut *beginning;
-        let is_over = search.run(most, &*self.settings.sink, &mut |state| {
+        search.run(u64::MAX, &*self.settings.sink, &mut |state| {
             let code = self.layout.encode(state);
             code.map_or(Ok(()), |code| codes.extend(&fixed::<W>(&code)))
         })?;
-        (found.work, found.searched) = (search.work(), search.work());
         let all = || codes.chunks_exact(W).map(fixed::<W>);
-        if !is_over {
-            found.search = Some(beginning);
-        } else if all().is_sorted() {
+        if all().is_sorted() {
             found.start(all())?;
         } else {
             let _copied = self.meter.charge(codes.len() * size_of::<u64>())?;
@@ -333,21 +295,18 @@ impl Task {
             all.sort_unstable();
             found.start(all.into_iter())?;
         }
-        Ok(is_over)
+        Ok(())
     }
 
-    fn take<const W: usize>(&self, found: &mut Found, states: &[State]) -> Result<()> {
-        let codes = states.iter().filter_map(|state| self.layout.encode(state));
-        if found.search.is_some() { found.start(codes.map(|code| fixed::<W>(&code))) } else { Ok(()) }
-    }
-
-    fn report(&self, found: &Found) -> Result<()> {
+    fn report(&self, found: &mut Found) -> Result<()> {
         let explored = found.next;
         // In the scope `all` every valuation is a state, so the explored states are reported.
         let reached = if matches!(found.space, Space::Every(_)) { explored } else { found.space.len() };
         self.meter.reached(reached);
         let detail = || format!("{explored} states explored, {reached} reached");
         self.settings.sink.progress("reachable states", &detail);
+        let work = found.work - std::mem::replace(&mut found.reported, found.work);
+        self.settings.sink.advance(work * STEPS_PER_WORK);
         match self.settings.sink.stop() {
             Some(limit) => Err(limit.into()),
             None => Ok(()),
@@ -387,8 +346,8 @@ struct Found {
     next: usize,
     /// The number of states explored and of their successors, and a share of the guards that this took.
     work: u64,
-    /// The work of the search for the initial states.
-    searched: u64,
+    /// The work at the last report.
+    reported: u64,
     /// True if monitors may begin in every reached state.
     restarts: bool,
     graph: Graph,
@@ -405,7 +364,7 @@ impl Found {
         for code in codes {
             self.space.number(&code)?;
         }
-        (self.started, self.search) = (self.space.len(), None);
+        self.started = self.space.len();
         Ok(())
     }
 

@@ -64,6 +64,7 @@ impl ExplicitEngine {
     #[cold]
     fn poll(&self) -> Result<()> {
         self.settings.sink.progress("fixpoints", &|| format!("{} steps", self.ticks.load(Relaxed)));
+        self.settings.sink.advance(PATIENCE as u64);
         match self.settings.sink.stop() {
             Some(limit) => Err(limit.into()),
             None => Ok(()),

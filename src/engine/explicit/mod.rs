@@ -6,7 +6,6 @@
 //! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`).
 //! Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
 
-mod adopt;
 mod almost_sure;
 pub mod bounds;
 mod by_value;
@@ -28,7 +27,6 @@ mod meter;
 mod needs;
 mod numbers;
 mod operators;
-mod pace;
 mod program;
 mod set;
 mod share;
@@ -44,9 +42,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use super::settings::Settings;
-pub(crate) use adopt::{Groups, PartOfGroups};
-pub(crate) use explore::Exploration;
-use explore::{Explored, Space, Task};
+use explore::{Exploration, Explored, Space, Task};
 use games::Game;
 use graph::Graph;
 pub use guided::{Guided, Guiding};
@@ -55,7 +51,6 @@ use layout::Layout;
 use meliora_base::error::Result;
 use meliora_model::{Program, State};
 use meter::Meter;
-pub(crate) use pace::Pace;
 use program::Prepared;
 use set::BitSet;
 pub use visit::Listing;
@@ -113,15 +108,7 @@ impl ExplicitEngine {
     /// - An update leaves the range of its variable, probabilities are not a distribution, or an
     ///   expression has no value: an input error with an example state of the scope.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        Self::explored(Exploration::new(program, settings)?)
-    }
-
-    /// Explores the rest of the scope, as [`ExplicitEngine::new`] does.
-    ///
-    /// # Errors
-    /// The errors of [`ExplicitEngine::new`].
-    pub(crate) fn explored(exploration: Exploration) -> Result<Self> {
-        let (task, explored) = exploration.finish()?;
+        let (task, explored) = Exploration::new(program, settings)?.finish()?;
         let Task { program, settings, layout, prepared, meter } = task;
         let Explored { space, graph, initial, deadlocks, drawing, rounded, players } = explored;
         let every_state = BitSet::full(&meter, graph.states());
@@ -146,6 +133,12 @@ impl ExplicitEngine {
             rounded,
             ticks: Arc::default(),
         })
+    }
+
+    /// Sets the most bytes of its arrays.
+    pub(crate) fn set_memory(&mut self, bytes: u64) {
+        self.settings.memory = bytes;
+        self.meter.set_limit(bytes);
     }
 
     /// Returns the program.

@@ -149,11 +149,9 @@ fn an_exploration_counts_the_guards_of_states_with_many() {
             "mdp module m x : [0..3] init 0; y : [0..1000] init 0; [] x<3 -> (x'=x+1); {many} endmodule"
         );
         let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-        let mut exploration = super::Exploration::new(program.into(), Settings::default()).unwrap();
-        exploration.run(u64::MAX).unwrap();
-        exploration.work()
+        let exploration = super::Exploration::new(program.into(), Settings::default()).unwrap();
+        exploration.all_work().unwrap()
     };
-    // The initial valuations are searched first, by all three settings alike.
     assert_eq!(work(14), work(0));
     assert_eq!(work(799), work(0) + 4 * 50);
 }

@@ -7,16 +7,15 @@ use super::encoding::Encoding;
 use super::encoding::transitions::{Piece, Transitions};
 use super::encoding::translate::Translator;
 use super::games::Game;
-use super::order::{Bit, Order, candidates};
+use super::order::{Bit, Order, Ordered, from_structure};
 use super::relations::lists::Lists;
 use super::relations::partial_relation::PartialRelation;
 use super::store::Store;
 use super::store::diagram::Bdd;
 use super::store::walk::Direction;
-use super::turns::Turns;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
-use crate::settings::{Count, Scope, Settings};
-use meliora_base::error::{Error, Limit, Result};
+use crate::settings::{Scope, Settings};
+use meliora_base::error::{Limit, Result};
 use meliora_model::{ModelKind, Program, State};
 
 /// Maximum number of bits of a state, which is the depth of recursions over diagrams.
@@ -24,9 +23,6 @@ const MOST_BITS: usize = 1 << 16;
 
 /// A function that returns the states of the scope and replaces the exploration.
 pub(super) type Given<'a> = dyn Fn(&Store) -> Result<Bdd> + 'a;
-
-/// A question about the initial states, which keeps its answer.
-pub(crate) type Question<'a> = dyn FnMut(&SymbolicEngine) -> Result<()> + 'a;
 
 impl SymbolicEngine {
     /// Creates the engine of the valuations from which no state is reached in which some part of the program has no
@@ -54,74 +50,24 @@ pub(crate) struct Explored {
     rounded: Option<State>,
 }
 
-/// An exploration in turns: it can be interrupted and continued. The orders that [`Order::Auto`] tries take turns
-/// in it.
-pub(crate) struct Exploring {
-    program: Arc<Program>,
-    /// The orders, with the reasons of those that are tried in turns.
-    turns: Turns<(Vec<Bit>, Option<String>)>,
-}
-
-impl Exploring {
-    /// Prepares an exploration of the scope, or a question that is answered backwards.
-    ///
-    /// # Errors
-    /// The variable order is wrong.
-    pub(crate) fn new(program: Arc<Program>, settings: Settings, is_backward: bool) -> Result<Self> {
-        let orders = match settings.order {
-            Order::Auto => {
-                let orders = candidates(&program, is_backward).into_iter();
-                orders.map(|order| (order.bits, Some(order.why))).collect()
-            }
-            _ => vec![(settings.order.bits(&program)?, None)],
-        };
-        Ok(Exploring { program, turns: Turns::new(orders, settings) })
-    }
-
-    /// Continues until all states are known, or the steps so far are at least `most`.
-    ///
-    /// # Errors
-    /// The errors of [`SymbolicEngine::new`].
-    pub(crate) fn run(&mut self, most: u64) -> Result<Option<Explored>> {
-        let program = &self.program;
-        self.turns.run(most, |(order, why), settings| {
-            let mut found = Explored::with(Arc::clone(program), order.clone(), settings, None)?;
-            if let Some(why) = why {
-                found.draft.encoding.set_why(why);
-            }
-            Ok(found)
-        })
-    }
-
-    /// Answers a question over [`SymbolicEngine::everywhere`] instead of the scope, until the steps so far are at
-    /// least `most`. Returns whether it has an answer there.
-    ///
-    /// # Errors
-    /// A limit; an error of the question.
-    pub(crate) fn ask(&mut self, most: u64, question: &mut Question<'_>) -> Result<Option<bool>> {
-        let program = &self.program;
-        self.turns.run(most, |(order, _), settings| {
-            let asked = match Explored::everywhere(Arc::clone(program), order.clone(), settings)? {
-                Some(explored) => explored.engine().and_then(|engine| question(&engine)),
-                None => return Ok(false),
-            };
-            match asked {
-                // A state without a meaning for the question may be none that is reached.
-                Err(Error::Input(_)) => Ok(false),
-                asked => asked.map(|()| true),
-            }
-        })
-    }
-}
-
 impl Explored {
     /// Explores the scope, as [`SymbolicEngine::new`] does.
     ///
     /// # Errors
     /// The errors of [`SymbolicEngine::new`].
-    pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        let explored = Exploring::new(program, settings, false)?.run(u64::MAX)?;
-        explored.ok_or_else(|| Limit::Interrupted.into())
+    pub(super) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
+        if settings.order == Order::Auto {
+            return Explored::in_order(Arc::clone(&program), &from_structure(&program), settings);
+        }
+        let order = settings.order.bits(&program)?;
+        Explored::with(program, order, settings, None)
+    }
+
+    /// Explores the scope with the bits in an order that has a reason.
+    pub(super) fn in_order(program: Arc<Program>, order: &Ordered, settings: Settings) -> Result<Self> {
+        let mut found = Explored::with(program, order.bits.clone(), settings, None)?;
+        found.draft.encoding.set_why(&order.why);
+        Ok(found)
     }
 
     /// Explores the scope, or takes the given states, with the bits in an order.
@@ -155,11 +101,6 @@ impl Explored {
             transitions.pieces = disjoint(store, lists, std::mem::take(&mut transitions.pieces), &states)?;
         }
         Ok(Explored { draft, states, rounded })
-    }
-
-    /// Returns the number of states.
-    pub(crate) fn count(&self) -> Result<Count> {
-        self.draft.store.count(&self.states, self.draft.encoding.width() as u32)
     }
 
     /// Builds the engine. Cost: no image.

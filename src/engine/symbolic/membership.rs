@@ -4,15 +4,14 @@
 use ahash::AHashMap;
 use oxidd::LevelNo;
 
+use super::Bit;
 use super::encoding::Encoding;
 use super::store::Store;
 use super::store::diagram::{Bdd, Diagram, Edge, ManagerOf};
-use super::{Bit, ChoiceSet, StateSet, SymbolicEngine};
 use crate::membership::Membership;
 use crate::settings::Settings;
 use meliora_base::error::Result;
 use meliora_base::progress::Poll;
-use meliora_model::step::Choice;
 
 /// The greatest number of nodes: 48 MiB.
 const MOST_NODES: usize = 1 << 22;
@@ -91,34 +90,6 @@ impl Membership for Marks<'_> {
         }
         Ok(self.leaves[!place as usize])
     }
-}
-
-impl SymbolicEngine {
-    /// Returns the group of a choice; choices of deadlocks are the last group.
-    pub(crate) fn group_of(&self, choice: &Choice) -> Option<usize> {
-        self.transitions.group_of(choice)
-    }
-
-    /// Returns the part of each group of choices that is in a set.
-    ///
-    /// # Errors
-    /// The set belongs to another engine.
-    pub(crate) fn by_group(&self, c: &ChoiceSet) -> Result<Vec<OfGroup>> {
-        let part = |(own, all): (&Bdd, &Bdd)| match own == all {
-            true => OfGroup::All,
-            false if self.store.is_zero(own) => OfGroup::Nothing,
-            false => OfGroup::Part(StateSet(own.clone())),
-        };
-        Ok(self.groups_of(c)?.iter().zip(&*self.enabled).map(part).collect())
-    }
-}
-
-/// The pairs of one group of choices that a set has.
-pub(crate) enum OfGroup {
-    All,
-    Nothing,
-    /// The pairs of these states.
-    Part(StateSet),
 }
 
 /// The nodes so far.

@@ -31,22 +31,20 @@ pub mod order;
 mod pick;
 mod quiet;
 mod relations;
-mod reorder;
 mod sizes;
 pub(crate) mod store;
 #[cfg(test)]
 mod tests;
 mod trends;
-mod turns;
 
 use std::sync::{Arc, OnceLock};
 
-pub(crate) use build::{Explored, Exploring, Question};
+use build::Explored;
 pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
-pub(crate) use membership::OfGroup;
 pub use order::{Bit, Order};
+pub(crate) use order::{Ordered, candidates};
 pub use pick::Listing;
 pub use sizes::DiagramSizes;
 pub use store::thresholds::{Thresholds, Ways};
@@ -127,6 +125,14 @@ impl SymbolicEngine {
     /// probabilities that are not a distribution, an expression without a value.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         Explored::new(program, settings)?.engine()
+    }
+
+    /// Creates the engine with the bits in this order, whatever the settings say.
+    ///
+    /// # Errors
+    /// The errors of [`SymbolicEngine::new`].
+    pub(crate) fn in_order(program: Arc<Program>, order: &Ordered, settings: Settings) -> Result<Self> {
+        Explored::in_order(program, order, settings)?.engine()
     }
 
     /// Returns the encoding of states as bits.

@@ -5,7 +5,7 @@
 //! lead to the target, whatever else is true (the regression of PRP). The steps are taken one by one as those of a
 //! search, so a path that fails is only left.
 
-use std::rc::Rc;
+use std::sync::Arc;
 
 use ahash::{AHashMap, RandomState};
 
@@ -19,10 +19,10 @@ use meliora_model::{Branch, CommandId, Program, VarId};
 /// The states of paths by the variables and values that they need.
 pub(super) struct Advice {
     /// For each state the variables that its path needs.
-    pub(super) needs: AHashMap<u32, Rc<[VarId]>>,
+    pub(super) needs: AHashMap<u32, Arc<[VarId]>>,
     lists: Vec<Similar>,
     /// The positions of the lists by their variables.
-    numbers: AHashMap<Rc<[VarId]>, usize>,
+    numbers: AHashMap<Arc<[VarId]>, usize>,
     /// The lists that were looked at.
     pub(super) looks: u64,
     /// The work spent with advice.
@@ -32,7 +32,7 @@ pub(super) struct Advice {
 
 /// The states whose paths need the same variables.
 struct Similar {
-    needed: Rc<[VarId]>,
+    needed: Arc<[VarId]>,
     /// The states by a hash of the values of these variables.
     states: AHashMap<u64, u32>,
 }
@@ -49,11 +49,11 @@ impl Advice {
     }
 
     /// Adds a state whose path needs some variables.
-    fn add(&mut self, state: u32, needed: Rc<[VarId]>, values: &[i64]) {
+    fn add(&mut self, state: u32, needed: Arc<[VarId]>, values: &[i64]) {
         let next = self.lists.len();
-        let at = *self.numbers.entry(Rc::clone(&needed)).or_insert(next);
+        let at = *self.numbers.entry(Arc::clone(&needed)).or_insert(next);
         if at == next {
-            self.lists.push(Similar { needed: Rc::clone(&needed), states: AHashMap::new() });
+            self.lists.push(Similar { needed: Arc::clone(&needed), states: AHashMap::new() });
         }
         self.lists[at].states.insert(hash(&self.hasher, &needed, values), state);
         self.needs.insert(state, needed);
@@ -156,7 +156,7 @@ fn leads(program: &Program, id: CommandId, branch: &Branch, values: &[i64], late
 }
 
 /// Returns the variables that matter before an outcome of a command, if some matter after it.
-fn before(program: &Program, id: CommandId, branch: &Branch, after: &[VarId]) -> Rc<[VarId]> {
+fn before(program: &Program, id: CommandId, branch: &Branch, after: &[VarId]) -> Arc<[VarId]> {
     let written = |variable: &VarId| branch.updates.iter().any(|(own, _)| own == variable);
     let mut needed: Vec<VarId> = after.iter().copied().filter(|variable| !written(variable)).collect();
     needed.extend(program.pool.support(program.commands[id.index()].guard));

@@ -33,11 +33,13 @@ mod search;
 mod tests;
 mod total;
 
+use std::sync::Arc;
+
 use meliora_base::error::Result;
 use meliora_base::progress::Poll;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
-use meliora_model::{ModelKind, State, VarId};
+use meliora_model::{ModelKind, Program, State, VarId};
 
 use super::compile::Compiler;
 use super::explore::{Exploration, Task, by_words};
@@ -52,7 +54,7 @@ use part::Part;
 use relaxation::Relaxation;
 use search::Search;
 
-/// A guided search for a strategy that reaches a target almost surely. It works in turns: it can be interrupted and continued.
+/// A guided search for a strategy that reaches a target almost surely. It can be interrupted and continued.
 pub struct Guided {
     task: Task,
     target: Condition,
@@ -110,16 +112,34 @@ struct Guide {
 }
 
 impl Guided {
-    /// Prepares a search for a target in the model of an exploration that knows its initial states, with some bytes of
-    /// memory. Returns `None` for models that it is not made for: games, Markov chains, and programs in which the text
-    /// does not show that each command has a meaning in each state.
+    /// Searches until the answer is known. Returns `None` for models that the search is not made for; see
+    /// [`Guided::new`].
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(crate) fn finished(
+        program: Arc<Program>,
+        settings: Settings,
+        target: &Predicate,
+    ) -> Result<Option<Self>> {
+        let mut exploration = Exploration::new(program, settings)?;
+        exploration.begin()?;
+        let Some(mut guided) = Guided::new(&exploration, target)? else { return Ok(None) };
+        drop(exploration);
+        guided.run(u64::MAX)?;
+        Ok(Some(guided))
+    }
+
+    /// Prepares a search for a target in the model of an exploration that knows its initial states. Returns `None` for
+    /// models that it is not made for: games, Markov chains, and programs in which the text does not show that each
+    /// command has a meaning in each state.
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(crate) fn new(of: &Exploration, target: &Predicate, memory: u64) -> Result<Option<Self>> {
+    pub(super) fn new(of: &Exploration, target: &Predicate) -> Result<Option<Self>> {
         let (task, program) = (&of.task, &of.task.program);
         let is_plain = program.kind == ModelKind::Mdp && task.settings.scope == Scope::Reachable;
-        if !is_plain || !of.has_begun() || !total::is_total(program, &task.prepared, target) {
+        if !is_plain || !total::is_total(program, &task.prepared, target) {
             return Ok(None);
         }
         let mut poll = Poll::new(&*task.settings.sink);
@@ -133,10 +153,10 @@ impl Guided {
         let fatal = vec![false; program.commands.len()];
         let (judged, facts) = (fatal.clone(), Vec::new());
         let guide = Guide { relaxation, estimator, state: NOBODY, values, facts, fatal, judged, age: 1 };
-        let meter = Meter::new(memory);
+        let meter = Meter::new(task.settings.memory);
         let task = Task {
             program: program.clone(),
-            settings: Settings { memory, ..task.settings.clone() },
+            settings: task.settings.clone(),
             layout: task.layout.clone(),
             prepared: task.prepared.clone(),
             meter: meter.clone(),
@@ -162,7 +182,7 @@ impl Guided {
     }
 
     /// Returns the work so far, counted in states and successors, facts of estimates and lists of advice.
-    pub(crate) fn work(&self) -> u64 {
+    pub(super) fn work(&self) -> u64 {
         self.steps + self.guide.estimator.work + self.advice.looks
     }
 
@@ -171,7 +191,7 @@ impl Guided {
     ///
     /// # Errors
     /// A limit is reached.
-    pub(crate) fn run(&mut self, most: u64) -> Result<Option<bool>> {
+    pub(super) fn run(&mut self, most: u64) -> Result<Option<bool>> {
         self.answer = by_words!(self, advance(most))?;
         Ok(self.answer)
     }

@@ -13,6 +13,7 @@ use super::novelty::Novelty;
 use super::part::{Standing, Taken};
 use super::queue::Queue;
 use super::{Guide, Guided};
+use crate::settings::STEPS_PER_WORK;
 use meliora_base::error::Result;
 
 /// A best-first search for a path from one state to the target or to the policy.
@@ -331,10 +332,13 @@ impl Guided {
         if self.work() < self.reported + PATIENCE as u64 {
             return Ok(());
         }
+        let sink = &self.task.settings.sink;
+        sink.advance((self.work() - self.reported) * STEPS_PER_WORK);
         self.reported = self.work();
         let (states, open) = (self.part.standing.len(), self.open.len());
         let detail = || format!("{states} states found, {open} wait for a choice");
-        self.task.settings.sink.progress("guided search", &detail);
-        self.task.settings.sink.stop().map_or(Ok(()), |limit| Err(limit.into()))
+        let sink = &self.task.settings.sink;
+        sink.progress("guided search", &detail);
+        sink.stop().map_or(Ok(()), |limit| Err(limit.into()))
     }
 }

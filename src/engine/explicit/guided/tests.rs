@@ -65,10 +65,8 @@ fn read(text: &str, target: &str) -> (Arc<Program>, Predicate) {
 /// Prepares a search; `None` for models that it is not made for.
 fn guided(program: &Arc<Program>, target: &Predicate) -> Option<Guided> {
     let mut exploration = Exploration::new(Arc::clone(program), Settings::default()).unwrap();
-    while !exploration.has_begun() {
-        exploration.run(exploration.work() + 1).unwrap();
-    }
-    Guided::new(&exploration, target, 1 << 30).unwrap()
+    exploration.begin().unwrap();
+    Guided::new(&exploration, target).unwrap()
 }
 
 /// Runs a search in turns of some steps.

@@ -102,12 +102,6 @@ impl Search {
         })
     }
 
-    /// Returns the work so far: the number of looks at boxes and of states found. To look at a box takes
-    /// about as long as to explore a state.
-    pub(super) fn work(&self) -> u64 {
-        self.work
-    }
-
     /// Calls `found` with each state of the condition once, until all are found or the work is `most`.
     /// Returns true if all are found.
     ///
@@ -144,7 +138,7 @@ impl Search {
 
     fn poll(&mut self, sink: &dyn ProgressSink) -> Result<()> {
         if self.steps >= PATIENCE {
-            self.steps = 0;
+            sink.advance(std::mem::take(&mut self.steps) as u64);
             if let Some(limit) = sink.stop() {
                 return Err(limit.into());
             }

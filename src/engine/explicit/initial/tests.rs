@@ -21,7 +21,7 @@ fn found(text: &str, most: u64) -> (Vec<State>, u64, bool) {
         states.push(state.to_vec());
         Ok(())
     });
-    (states, search.work(), is_over.unwrap())
+    (states, search.work, is_over.unwrap())
 }
 
 /// A model with variables and a condition for the initial states.
@@ -92,7 +92,7 @@ fn a_search_can_be_interrupted_and_continued() {
     while !search.run(most, &NoProgress, &mut add).unwrap() {
         most += 3;
     }
-    assert_eq!((states, search.work()), (all, work));
+    assert_eq!((states, search.work), (all, work));
 }
 
 /// A random condition over integers and Booleans that PRISM accepts, some without a value in some states.

@@ -48,7 +48,8 @@ fn bits_of(program: &Program, variable: VarId) -> impl Iterator<Item = Bit> + us
 /// The method that orders the bits.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum Order {
-    /// The order computed by [`from_structure`], in turns with others once the exploration takes long.
+    /// The order computed by [`from_structure`]. Where several ways race, one of them each for other orders; see
+    /// [`Selection`](crate::Selection).
     #[default]
     Auto,
     /// The order returned by [`declared`].
@@ -78,13 +79,13 @@ impl Order {
     }
 }
 
-/// Returns the orders that are tried in turns, the likeliest first, each once: that of [`from_structure`] for an
+/// Returns the orders that race, the likeliest first, each once: that of [`from_structure`] for an
 /// exploration, and [`declared`] for a search backwards over all valuations; the declared variables from the last to
 /// the first; those with most bits first. Backwards, the last declared variables on top come first.
 ///
 /// The structure of a program does not tell which is best: on translated planning problems one of the last two often
 /// needs a hundred times fewer nodes than the first.
-pub(super) fn candidates(program: &Program, is_backward: bool) -> Vec<Ordered> {
+pub(crate) fn candidates(program: &Program, is_backward: bool) -> Vec<Ordered> {
     let plain = if program.monitors.is_some() { &program.without_monitors() } else { program };
     let by = |why: &str, variables: Vec<VarId>| Ordered {
         bits: beside_monitors(program, by_variables(plain, &variables)),

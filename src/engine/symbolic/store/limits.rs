@@ -7,7 +7,7 @@ use oxidd::Manager;
 
 use super::Store;
 use super::diagram::ManagerOf;
-use super::tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, SPARE_NODES};
+use super::tables::{BYTES_PER_NODE, SPARE_NODES};
 use meliora_base::error::{Error, Limit, Result};
 
 /// A collection is futile if more than half of the nodes that the memory allows are in use after
@@ -74,16 +74,6 @@ impl Store {
         let is_futile = live > most / 2 && before.saturating_sub(live) < most / LEAST_FREED;
         *futile = if is_futile { *futile + 1 } else { 0 };
         if live >= most || *futile >= MOST_FUTILE { Err(self.full()) } else { Ok(()) }
-    }
-
-    /// Lowers the memory limit, unless more has been used. Returns whether it is at most this one now.
-    pub(in crate::symbolic) fn limit_to(&self, memory: u64) -> bool {
-        let fits = self.usage().bytes <= memory;
-        if fits {
-            let tables = memory.saturating_sub(self.cache_entries * BYTES_PER_ENTRY);
-            self.memory.fetch_min(tables, Relaxed);
-        }
-        fits
     }
 
     /// Returns the number of nodes at which garbage is collected.

@@ -13,14 +13,12 @@ pub struct Thresholds {
     /// allowed choices) if there are at most this many different cases per bit of a state. A case is a combination
     /// of the relation lists that remain below bits that keep their values. With more cases, they take no turn.
     pub relations_per_bit: usize,
-    /// Steps of the first turn, where engines, variable orders or methods take turns.
+    /// Steps of a turn where ways race, and of the first one where methods take turns.
     pub first_turn: u64,
-    /// Work of the explicit engine, in states and their successors, before the engines take turns, if the states
-    /// select the engine.
+    /// Work of the explicit engine, in states and their successors, before other ways begin, if several race.
     pub work_before_diagrams: u64,
-    /// Steps of diagrams for a question, for each unit of work in which the explicit engine lists the states; after
-    /// these it takes over. A unit takes about as long as four steps.
-    pub steps_per_work: u64,
+    /// Steps that the way that leads a race has alone, for each step in which it has found all states.
+    pub lead: u64,
     /// Initial number of entries of the operation cache, if the memory suffices. Models with many nodes get more once
     /// their states are known.
     pub cache: u64,
@@ -34,7 +32,7 @@ impl Default for Thresholds {
             relations_per_bit: 4,
             first_turn: 1 << 19,
             work_before_diagrams: 1 << 16,
-            steps_per_work: 4,
+            lead: 32,
             cache: 1 << 20,
             first_collection: 16_000_000,
         }

@@ -1,0 +1,178 @@
+//! Races of ways that count to a number.
+
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use super::*;
+use meliora_base::progress::NoProgress;
+
+/// The numbers of ways that run at once.
+const THREADS: [usize; 4] = [1, 2, 3, 8];
+
+fn rules(threads: usize) -> Rules {
+    Rules { threads, alone: 4, turn: 8, lead: 2 }
+}
+
+/// Takes some steps.
+fn work(lane: &Lane, steps: u64) -> Result<()> {
+    for _ in 0..steps {
+        if let Some(limit) = lane.stop() {
+            return Err(limit.into());
+        }
+        lane.advance(1);
+    }
+    Ok(())
+}
+
+/// Lets three ways race.
+fn run<T: Send>(threads: usize, run: Run<'_, T>) -> Result<T> {
+    race(rules(threads), &[2, 2, 1], &NoProgress, &|_| Arc::new(NoProgress), run)
+}
+
+#[test]
+fn each_way_is_the_first_to_end_once() {
+    for threads in THREADS {
+        for first in 0..3 {
+            let found = run(threads, &|lane| {
+                let steps = if lane.way == first { 100 } else { u64::MAX };
+                work(lane, steps).map(|()| Some(lane.way))
+            });
+            assert_eq!(found.unwrap(), first, "{threads}");
+        }
+    }
+}
+
+#[test]
+fn with_one_thread_every_run_takes_the_same_turns() {
+    let turns = || {
+        let turns = Mutex::new(Vec::new());
+        let found = run(1, &|lane| {
+            for step in 0..[1000, 300, 400][lane.way] {
+                lock(&turns).push(lane.way);
+                work(lane, 1)?;
+                if step == 100 {
+                    lane.knows_all_states();
+                }
+            }
+            Ok(Some(lane.way))
+        });
+        (found.unwrap(), lock(&turns).clone())
+    };
+    let first = turns();
+    assert!((0..3).all(|way| first.1.contains(&way)));
+    assert_eq!(turns(), first);
+}
+
+#[test]
+fn a_way_without_an_answer_leaves_the_others() {
+    for threads in THREADS {
+        for without in 0..3 {
+            let found = run(threads, &|lane| {
+                work(lane, if lane.way == without { 20 } else { 100 })?;
+                Ok((lane.way != without).then_some(lane.way))
+            });
+            assert_ne!(found.unwrap(), without);
+        }
+    }
+}
+
+#[test]
+fn a_way_that_is_out_of_memory_leaves_the_others_and_the_last_begins_again() {
+    let full = |way: usize| -> Error { Limit::Memory { what: way.to_string() }.into() };
+    for threads in THREADS {
+        for fits in 0..3 {
+            let found = run(threads, &|lane| {
+                work(lane, 50)?;
+                if lane.way == fits { Ok(Some(lane.way)) } else { Err(full(lane.way)) }
+            });
+            assert_eq!(found.unwrap(), fits);
+            // None fits its share; the last one to leave fits all.
+            let found = run(threads, &|lane| {
+                if lane.is_last {
+                    return Ok(Some(lane.way));
+                }
+                work(lane, if lane.way == fits { 500 } else { 50 })?;
+                Err(full(lane.way))
+            });
+            assert!(threads > 1 || found.as_ref().is_ok_and(|&way| way == fits));
+            assert!(found.is_ok());
+        }
+        let found: Result<()> = run(threads, &|lane| Err(full(lane.way)));
+        assert!(matches!(found, Err(Error::Limit(Limit::Memory { .. }))));
+    }
+}
+
+#[test]
+fn a_way_that_panics_ends_all() {
+    for threads in THREADS {
+        for panics in 0..3 {
+            let raced = || -> Result<()> {
+                run(threads, &|lane| {
+                    work(lane, if lane.way == panics { 60 } else { u64::MAX })?;
+                    std::panic::panic_any(lane.way)
+                })
+            };
+            let panic = catch_unwind(raced).unwrap_err();
+            assert_eq!(panic.downcast_ref(), Some(&panics));
+        }
+    }
+}
+
+#[test]
+fn an_error_of_the_first_to_end_is_the_answer() {
+    for first in 0..3 {
+        let found: Result<()> = run(1, &|lane| {
+            work(lane, if lane.way == first { 60 } else { 600 })?;
+            Err(Error::Usage(lane.way.to_string()))
+        });
+        assert!(matches!(found, Err(Error::Usage(way)) if way == first.to_string()));
+    }
+}
+
+#[test]
+fn the_first_to_know_all_states_leads() {
+    for first in 0..3 {
+        let places = Mutex::new([None; 3]);
+        let found = run(1, &|lane| {
+            for step in 0..400 {
+                work(lane, 1)?;
+                if step == if lane.way == first { 40 } else { 100 } {
+                    lock(&places)[lane.way] = Some(lane.knows_all_states());
+                }
+            }
+            Ok(Some(lane.way))
+        });
+        let places = *lock(&places);
+        assert!(places[found.unwrap()].is_some());
+        assert!(matches!(places[first], Some(Place::First)), "{places:?}");
+        assert!(places.iter().filter(|place| **place == Some(Place::First)).count() == 1);
+    }
+}
+
+/// A sink that ends the work.
+#[derive(Default)]
+struct Stopping(AtomicBool);
+
+impl ProgressSink for Stopping {
+    fn stop(&self) -> Option<Limit> {
+        self.0.load(Relaxed).then_some(Limit::Interrupted)
+    }
+}
+
+#[test]
+fn a_limit_of_the_whole_work_ends_all_ways_soon() {
+    for threads in THREADS {
+        let sink = Arc::new(Stopping::default());
+        let ended = Mutex::new(None);
+        let found: Result<()> =
+            race(rules(threads), &[2, 2, 1], &*sink, &|_| Arc::clone(&sink) as _, &|lane| {
+                work(lane, 200)?;
+                lock(&ended).get_or_insert_with(Instant::now);
+                sink.0.store(true, Relaxed);
+                work(lane, u64::MAX).map(|()| None)
+            });
+        assert!(matches!(found, Err(Error::Limit(Limit::Interrupted))));
+        let took = lock(&ended).unwrap().elapsed();
+        assert!(took < Duration::from_millis(200), "{took:?}");
+    }
+}
