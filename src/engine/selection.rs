@@ -142,14 +142,12 @@ impl<'q, T> Question<'q, T> {
         let backward = self.everywhere.filter(|_| is_early).map(|_| candidates(program, true));
         let mut backward = backward.into_iter().flatten().map(Way::Everywhere);
         let mut ways = vec![Way::Explicit];
-        let mut guided = self.guided.filter(|_| is_early).map(|_| Way::Guided);
-        // A planning problem has too many states in most cases.
-        ways.extend(guided.take_if(|_| program.planning.is_some()));
+        // Planning problems have too many states in most cases, and the search is short where it ends.
+        ways.extend(self.guided.filter(|_| is_early).map(|_| Way::Guided));
         ways.extend(symbolic.next());
         ways.extend(backward.next());
         ways.extend(symbolic);
         ways.extend(backward);
-        ways.extend(guided);
         ways
     }
 }

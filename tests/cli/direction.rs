@@ -23,7 +23,6 @@ fn asked(property: &str, more: &[&str]) -> Finished {
 #[test]
 fn a_property_is_decided_before_the_states_are_known() {
     let cases = [
-        ("Pmax>=1 [ F done ]", true, json!({"pmax_one": "all"})),
         ("Pmax>0 [ F done ]", true, json!({"pmax_positive": "all"})),
         ("P>0 [ F done ]", false, json!({"pmin_positive": "none"})),
         ("Pmax>=1 [ G !done ]", true, Json::Null),
@@ -41,7 +40,10 @@ fn a_property_is_decided_before_the_states_are_known() {
 
 #[test]
 fn a_policy_over_all_valuations_visits_reachable_states_only() {
-    let scratch = Scratch::new(&[("m.prism", &register())]);
+    // The guided search is not made for a command without a meaning in some valuations.
+    let partial = register().replace("done : bool;", "done : bool; n : [0..1];");
+    let partial = partial.replace("endmodule", "[] n=1 -> (n'=n+1); endmodule");
+    let scratch = Scratch::new(&[("m.prism", &partial)]);
     let (model, policy) = (scratch.show("m.prism"), scratch.show("policy.json"));
     let asked = ["reach", &model, "--property", "Pmax>=1 [ F done ]", "--policy", &policy, "--json"];
     let found = Finished::of(meliora().args(asked)).expect(0).json();
@@ -57,7 +59,7 @@ fn a_policy_over_all_valuations_visits_reachable_states_only() {
 
 #[test]
 fn the_text_says_that_the_states_are_not_counted() {
-    let text = asked("Pmax>=1 [ F done ]", &[]).expect(0).stdout;
+    let text = asked("Pmax>0 [ F done ]", &[]).expect(0).stdout;
     assert!(text.contains("The property was decided over all combinations of values"), "{text}");
     assert!(text.contains("The property holds in all initial states."), "{text}");
 }

@@ -150,7 +150,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach OUT/paid.prism --property Rmin=?[F(x=0)]"),
     (0, "reach models/pond.prism --target at=5 --require G(at!=4)"),
     (0, "reach models/pond.prism --target at=5 --stop-at-target"),
-    (0, "reach OUT/register.prism --property Pmax>=1[F(done)]"),
+    (0, "reach OUT/register.prism --property Pmax>0[F(done)]"),
     (1, "reach OUT/lamps.pddl OUT/dark.pddl"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
