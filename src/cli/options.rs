@@ -63,7 +63,7 @@ pub(super) struct ModelArgs {
     #[arg(help_heading = LIMITS, long, value_name = "SIZE", value_parser = memory::parse)]
     pub(super) memory: Option<u64>,
 
-    /// Maximum number of threads for a model: as many ways to the answer are tried at once [default: the cores that
+    /// Maximum number of threads: as many ways to the answer are tried at once [default: the cores that
     /// the process may use]
     #[arg(help_heading = LIMITS, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
