@@ -8,8 +8,8 @@ use meliora::reach::check_start;
 use meliora::supervise::lock;
 use meliora_base::error::Error;
 use meliora_engine::{
-    AnyEngine, Count, Engine, Guided, Order, ProgressSink, Question, Racer, Selection, Settings, Storage,
-    SymbolicEngine,
+    AnyEngine, BySearch, Count, Engine, Guided, Order, OverAll, ProgressSink, Question, Racer, Selection,
+    Settings, Storage, SymbolicEngine,
 };
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, fault};
@@ -67,8 +67,8 @@ pub(super) fn engine(
 
 /// The ways to answer a question before all states are known; see [`Question`].
 pub(super) struct Early<'q, T> {
-    pub(super) everywhere: Option<&'q (dyn Fn(&SymbolicEngine) -> Result<T, Error> + Sync)>,
-    pub(super) guided: Option<(&'q Predicate, &'q (dyn Fn(Guided) -> Result<T, Error> + Sync))>,
+    pub(super) everywhere: Option<OverAll<'q, T>>,
+    pub(super) guided: Option<(&'q Predicate, BySearch<'q, T>)>,
 }
 
 impl<T> Default for Early<'_, T> {

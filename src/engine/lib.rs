@@ -45,6 +45,6 @@ pub use edge_labels::EdgeLabels;
 pub use engine::{Algebra, Engine, Region, position};
 pub use explicit::{ExplicitEngine, Guided, Guiding};
 pub use meliora_base::progress::{NoProgress, ProgressSink};
-pub use selection::{Question, Racer, Selection};
+pub use selection::{BySearch, OverAll, Question, Racer, Selection};
 pub use settings::{Count, Scope, Settings, Storage, Usage};
 pub use symbolic::{Order, SymbolicEngine};

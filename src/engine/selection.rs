@@ -35,16 +35,21 @@ pub struct Racer {
     pub selection: Selection,
 }
 
+/// Answers a question by an engine of all valuations.
+pub type OverAll<'q, T> = &'q (dyn Fn(&SymbolicEngine) -> Result<T> + Sync);
+/// Answers a question by a finished search.
+pub type BySearch<'q, T> = &'q (dyn Fn(Guided) -> Result<T> + Sync);
+
 /// A question, with the ways to answer it. Several threads may ask it at the same time.
 pub struct Question<'q, T> {
     /// Answers it by an engine that knows all states.
     pub by_states: &'q (dyn Fn(&Racer, AnyEngine) -> Result<T> + Sync),
     /// Answers a question about the initial states by an engine of [`SymbolicEngine::everywhere`]; `None` if the answer
     /// depends on how a state is reached.
-    pub everywhere: Option<&'q (dyn Fn(&SymbolicEngine) -> Result<T> + Sync)>,
+    pub everywhere: Option<OverAll<'q, T>>,
     /// Answers by a finished search for a strategy that reaches the target almost surely from all initial states; `None`
     /// if this is not the question.
-    pub guided: Option<(&'q Predicate, &'q (dyn Fn(Guided) -> Result<T> + Sync))>,
+    pub guided: Option<(&'q Predicate, BySearch<'q, T>)>,
     /// True if the answer lists the states anyway, such as one with a number.
     pub lists_states: bool,
     /// Returns the sink of a way. All of them end with the one of the settings.

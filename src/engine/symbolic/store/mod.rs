@@ -283,7 +283,7 @@ impl Store {
         let peak = self.peak.load(Relaxed).max(self.replaced_peak) as u64;
         // The largest numbers of nodes and of charged bytes may be of different times.
         let used = (peak * BYTES_PER_NODE + self.charges.peak()).min(self.memory.load(Relaxed));
-        Usage { peak_nodes: peak, bytes: used + self.cache_entries * BYTES_PER_ENTRY, ..Usage::default() }
+        Usage { peak_nodes: peak, bytes: used + self.cache_entries * BYTES_PER_ENTRY }
     }
 
     /// Returns a charge for memory outside of OxiDD's tables.
