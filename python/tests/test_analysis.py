@@ -171,8 +171,13 @@ def test_questions_that_are_not_supported_are_refused_by_name() -> None:
     assert explored.reach('filter(forall, P>0 [ F x=1 ], "init")').holds is True
 
 
-def test_small_models_are_explicit_with_the_engine_auto() -> None:
-    small, large = (meliora.Model.from_file(MODELS / "chain.prism", constants={"N": n}) for n in (4, 400))
+def test_the_engine_auto_is_the_first_to_know_all_states() -> None:
+    small = meliora.Model.from_file(MODELS / "chain.prism", constants={"N": 4})
+    bits = range(40)
+    declared = "".join(f" b{i} : bool init false;" for i in bits)
+    large = meliora.Model.from_string(
+        f"mdp\nmodule m\n{declared}\n" + "".join(f" [] true -> (b{i}'=!b{i});\n" for i in bits) + "endmodule"
+    )
     assert small.explore(engine="auto").engine == "explicit"
     assert large.explore(engine="auto").engine == "symbolic"
     # An order is one of diagrams.
