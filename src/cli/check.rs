@@ -105,18 +105,18 @@ fn answered<E: Engine>(
         let initial = analysis.initial_prospects(&question.program, LISTED)?;
         job.update(|r| r.initial = initial);
     }
-    gains(job, args, &analysis, question)
+    gains(job, &analysis, question)
 }
 
-/// Adds what the improvements of the initial states gain, if the model is small or more is to be told.
+/// Adds the gains of the improvements of the initial states, if the model is small: the paths are searched state
+/// by state.
 fn gains<E: Engine>(
     job: &Job<CheckReport>,
-    args: &CheckArgs,
     analysis: &Analysis<E>,
     question: &Question,
 ) -> Result<(), Error> {
     let small = analysis.result().counts.as_ref().is_some_and(|c| c.states <= Count::from(MOST_STATES));
-    if !small && args.shown.verbose == 0 {
+    if !small {
         return Ok(());
     }
     let mut initial = Vec::new();

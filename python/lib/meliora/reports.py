@@ -238,7 +238,7 @@ class CheckInitial(TypedDict):
     `null` if unknown."""
     sasi_gains: NotRequired[List[List[str]]]
     """The objectives that each improvement of the progress SASI strategy gains, of none that is sure in this
-    state; absent at rank 0, and if the paths until then have more than 4,096 states."""
+    state; absent at rank 0, and if the model has more than 4,096 states."""
     spi_gains: NotRequired[List[List[str]]]
     """The objectives that each improvement of the progress SPI strategy may gain (for an unbounded rank: the
     first one); absent as before."""

@@ -351,7 +351,7 @@ struct Initial {
     /// chooses; `null` if unknown.
     spi_actions: Option<Vec<String>>,
     /// The objectives that each improvement of the progress SASI strategy gains, of none that is sure in
-    /// this state; absent at rank 0, and if the paths until then have more than 4,096 states.
+    /// this state; absent at rank 0, and if the model has more than 4,096 states.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     sasi_gains: Vec<Vec<String>>,
     /// The objectives that each improvement of the progress SPI strategy may gain (for an unbounded rank:
