@@ -76,6 +76,8 @@ struct State {
 
 struct Way {
     phase: Phase,
+    /// True if it has ended with the answer, an error of the question or a panic.
+    has_answer: bool,
     /// Its part of all steps, in proportion to those of the others.
     weight: u64,
     /// The steps so far, and those that it counts as taken while another one was alone.
@@ -142,7 +144,8 @@ impl State {
 
     /// Lets a way lead that knows all states, unless another one does. Returns its steps at the end of those alone.
     fn lead(&mut self, way: usize) -> Option<u64> {
-        if self.leader.is_some_and(|(leader, _)| self.is_open(leader)) {
+        // The results of a leader that has the answer are not replaced before it is taken.
+        if self.leader.is_some_and(|(leader, _)| self.is_open(leader) || self.ways[leader].has_answer) {
             return None;
         }
         let spent = self.ways[way].spent;
@@ -250,7 +253,7 @@ pub(crate) fn race<T: Send>(
     sinks: &dyn Fn(usize) -> Arc<dyn ProgressSink>,
     run: Run<'_, T>,
 ) -> Result<T> {
-    let way = |&weight: &u64| Way { phase: Phase::New, weight, spent: 0, missed: 0 };
+    let way = |&weight: &u64| Way { phase: Phase::New, has_answer: false, weight, spent: 0, missed: 0 };
     let state = State { rules, ways: weights.iter().map(way).collect(), leader: None };
     let race = Race { state: Mutex::new(state), changed: Condvar::new(), winner: AtomicUsize::new(OPEN) };
     let race = Arc::new(race);
@@ -341,10 +344,11 @@ fn spawn<'s, T: Send>(
             Ok(Err(error)) => End::Answer(Err(error)),
             Err(panic) => End::Panic(panic),
         };
+        let has_answer = !matches!(end, End::Leaves(_));
         lock(ends).push((lane.way, end));
         let mut state = lock(&lane.race.state);
         let own = &mut state.ways[lane.way];
-        (own.phase, own.spent) = (Phase::Ended, lane.spent.load(Relaxed));
+        (own.phase, own.has_answer, own.spent) = (Phase::Ended, has_answer, lane.spent.load(Relaxed));
         lane.race.changed.notify_all();
     };
     match Builder::new().name("meliora-way".to_owned()).stack_size(STACK).spawn_scoped(scope, work) {

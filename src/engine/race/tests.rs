@@ -176,3 +176,15 @@ fn a_limit_of_the_whole_work_ends_all_ways_soon() {
         assert!(took < Duration::from_millis(200), "{took:?}");
     }
 }
+
+/// A second leader began the report of the first one anew, after that one had ended with the answer.
+#[test]
+fn no_other_way_leads_once_the_leader_has_the_answer() {
+    let ended = |has_answer| {
+        let way = |phase| Way { phase, has_answer, weight: 1, spent: 4, missed: 0 };
+        let ways = vec![way(Phase::Ended), Way { has_answer: false, ..way(Phase::Runs) }];
+        State { rules: rules(2), ways, leader: Some((0, 8)) }
+    };
+    assert_eq!(ended(true).lead(1), None);
+    assert!(ended(false).lead(1).is_some());
+}
