@@ -207,10 +207,12 @@ impl<T: Send> Entrant<'_, '_, T> {
             Way::Explicit => {
                 let engine = ExplicitEngine::new(program(), self.settings(lane, Storage::Explicit))?;
                 let states = engine.count(&engine.all_states())?;
+                let whose = if self.program.monitors.is_some() { " with those of the monitors" } else { "" };
+                let found = format!("{states} states{whose} found");
                 let reason = |place| match place {
-                    Place::Alone => format!("{states} states found"),
-                    Place::First => format!("{states} states found, before diagrams found them"),
-                    Place::Later => format!("{states} states found, and the answer before diagrams found it"),
+                    Place::Alone => found.clone(),
+                    Place::First => format!("{found}, before diagrams found them"),
+                    Place::Later => format!("{found}, and the answer before diagrams found it"),
                 };
                 self.by_states(lane, engine.into(), &reason)
             }
