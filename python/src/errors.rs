@@ -131,7 +131,7 @@ fn limit(
     (analysis, known): (Py<PyAny>, Py<PyAny>),
 ) -> PyResult<PyErr> {
     let class = match limit {
-        Limit::Time(_) => "OutOfTime",
+        Limit::Time(_) | Limit::Share(_) => "OutOfTime",
         Limit::Memory { .. } | Limit::System { .. } => "OutOfMemory",
         _ => "TooLarge",
     };

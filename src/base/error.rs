@@ -120,6 +120,8 @@ pub enum Limit {
     },
     /// The caller's time limit has passed.
     Time(Duration),
+    /// A part of the work has used up its share of the caller's time limit; the other parts ended earlier.
+    Share(Duration),
     /// The system refuses further resources, whatever the settings allow.
     System {
         /// The requested resource.
@@ -172,7 +174,7 @@ impl Limit {
     pub fn relief(&self) -> Option<Relief> {
         match self {
             Limit::Memory { .. } => Some(Relief::MoreMemory),
-            Limit::Time(_) => Some(Relief::Time),
+            Limit::Time(_) | Limit::Share(_) => Some(Relief::Time),
             Limit::System { bytes: Some(_), .. } => Some(Relief::LessMemory),
             Limit::System { bytes: None, .. } => Some(Relief::System),
             Limit::States(_) => Some(Relief::Symbolic),
@@ -188,6 +190,9 @@ impl fmt::Display for Limit {
         match self {
             Limit::Memory { what } => write!(f, "out of memory: {what}"),
             Limit::Time(after) => write!(f, "out of time after {after:?}"),
+            Limit::Share(of) => {
+                write!(f, "out of time: a part of the work has used up its share of the limit of {of:?}")
+            }
             Limit::System { what, .. } => write!(f, "the system does not provide {what}"),
             Limit::States(n) => write!(f, "too large: the explicit engine supports at most {n} states"),
             Limit::Listed(n) => write!(f, "too large: more than {n} states to list"),

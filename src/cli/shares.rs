@@ -39,7 +39,7 @@ impl<'a> Shares<'a> {
         match found {
             Err(Error::Limit(limit)) if !self.is_alone && self.sink.stop().is_none() => {
                 let reason = match &limit {
-                    Limit::Time(_) => NO_TIME.to_owned(),
+                    Limit::Share(_) => NO_TIME.to_owned(),
                     other => other.to_string(),
                 };
                 self.sink.end_share(limit);

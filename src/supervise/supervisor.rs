@@ -179,7 +179,7 @@ impl Supervisor {
 
     /// Returns the limit of work that has used up its share of the time.
     pub fn late(&self) -> Limit {
-        Limit::Time(lock(&self.limits).time.map_or(Duration::ZERO, |time| time.timeout))
+        Limit::Share(lock(&self.limits).time.map_or(Duration::ZERO, |time| time.timeout))
     }
 
     /// Limits the memory of the process to `bytes` and 64 MiB.

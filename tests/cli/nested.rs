@@ -326,10 +326,11 @@ fn a_property_without_an_end_leaves_the_others_their_share_of_the_time() {
     let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
     let ask = |more: &[&str]| {
         let mut command = meliora();
-        let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more));
-        found.expect(4).json()["properties"].clone()
+        Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more)).expect(4)
     };
-    let found = ask(&["--timeout", "4s"]);
+    let finished = ask(&["--timeout", "4s"]);
+    assert!(finished.stderr.contains("used up its share of the limit of 4s"), "{}", finished.stderr);
+    let found = finished.json()["properties"].clone();
     let reason = found[0]["reason"].as_str().unwrap_or_default();
     assert!(reason.contains("its share of the time limit ended"), "{found}");
     assert_eq!(
