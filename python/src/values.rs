@@ -162,10 +162,10 @@ fn read(variable: &Variable, value: &Bound<'_, PyAny>) -> PyResult<i64> {
     value.extract::<i64>().map_err(|_| wrong())
 }
 
-/// Converts a JSON text to Python dictionaries and lists.
+/// Converts a JSON text to Python dictionaries and lists, in which infinite bounds are floats.
 pub(crate) fn plain(py: Python<'_>, json: serde_json::Result<String>) -> PyResult<Py<PyAny>> {
     let text = json.map_err(|e| PyRuntimeError::new_err(e.to_string()))?;
-    Ok(py.import("json")?.call_method1("loads", (text,))?.unbind())
+    Ok(py.import("meliora._json")?.call_method1("loads", (text,))?.unbind())
 }
 
 /// Converts the value of a constant.

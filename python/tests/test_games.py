@@ -256,7 +256,7 @@ def test_strategies_permit_nothing_at_states_of_the_opponent(engine: Engine) -> 
     # The strategy that needs the fewest steps against the worst guard, and its value.
     cheap = found.strategy("sasi", choose="cheap").simulate(start, runs=2000, seed=3, opponent="worst")
     expected = found.values([start])[0]["levels"][0]["cost"]
-    assert expected is not None and abs(float(cheap.lengths.mean()) - float(expected["lower"])) < 0.2
+    assert expected is not None and abs(float(cheap.lengths.mean()) - expected["lower"]) < 0.2
 
 
 def test_a_run_follows_both_players() -> None:

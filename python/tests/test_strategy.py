@@ -175,7 +175,7 @@ def test_a_strategy_by_value_attains_it(drone: meliora.Analysis) -> None:
     value = likely.simulate(base, runs=2000).value
     assert value is not None and value["agrees"] and value["confidence"] == 0.99
     interval = value["probability_interval"]
-    assert float(interval["lower"]) <= 1 / 6 <= float(interval["upper"])
+    assert interval["lower"] <= 1 / 6 <= interval["upper"]
     assert cheap.simulate(base, runs=50).value["measured_cost"] == 1.0  # type: ignore[index]
 
 
@@ -248,7 +248,7 @@ def test_objectives_that_go_together_and_one_that_is_not_sure() -> None:
     likely = drone.strategy("achieve", objective="Cabin", choose="likely")
     value = likely.attains(base)
     assert value is not None and value["objective"] == "Cabin"
-    assert float(value["probability"]["lower"]) <= 1 / 6 <= float(value["probability"]["upper"])
+    assert value["probability"]["lower"] <= 1 / 6 <= value["probability"]["upper"]
     assert likely.actions(base, "chosen") == ["survey"]
     measured = likely.simulate(base, runs=2000, seed=1).value
     assert measured is not None and measured["agrees"]

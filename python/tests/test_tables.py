@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import math
 import pickle
 import struct
 from pathlib import Path
@@ -14,6 +15,7 @@ import pytest
 
 import meliora
 from conftest import packed
+from meliora._json import loads
 
 #: The first action of state 0 leads to 1 or 2, the second to 3; the third state ends the episode.
 P: dict[int, dict[int, list[tuple[float, int, float, bool]]]] = {
@@ -193,3 +195,9 @@ def test_what_is_no_archive_is_refused(tmp_path: Path) -> None:
         meliora.Model.from_umb(b"\xff")
     with pytest.raises(TypeError):
         meliora.Model.from_umb(3)  # type: ignore[arg-type]
+
+
+def test_infinite_bounds_are_floats() -> None:
+    text = '{"value": {"lower": 1.5, "upper": "inf", "exact": "3/2"}, "state": {"lower": "inf", "x": 1}}'
+    found = loads(text)
+    assert found == {"value": {"lower": 1.5, "upper": math.inf, "exact": "3/2"}, "state": {"lower": "inf", "x": 1}}

@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 use super::fields::{is_nullable, is_required, names, reference, simple};
 use super::schema::COMMON;
 
-const HEAD: &str = "\"\"\"The types of the reports: dictionaries with the fields of `--json`.\n\n\
+const HEAD: &str = "\"\"\"The types of the reports: dictionaries with the fields of `--json`, in which infinite numbers are floats.\n\n\
     A test of the Rust crate `meliora-report` writes this file from the types there.\n\"\"\"\n\n\
     from __future__ import annotations\n\n\
     from typing import TYPE_CHECKING, Any, Dict, List, Literal, TypedDict, Union\n\n\
@@ -86,7 +86,7 @@ impl Module {
         }
         if let Some(all) = schema["anyOf"].as_array() {
             let kinds: Vec<String> =
-                all.iter().filter(|one| one["type"] != "null").map(|one| self.kind(one, name)).collect();
+                all.iter().filter(|one| !is_left_out(one)).map(|one| self.kind(one, name)).collect();
             return if let [one] = kinds.as_slice() {
                 one.clone()
             } else {
@@ -112,6 +112,11 @@ impl Module {
             _ => scalars(schema),
         }
     }
+}
+
+/// Returns true for `null`, which fields say, and for the texts of infinite numbers, which are floats in Python.
+fn is_left_out(schema: &Json) -> bool {
+    schema["type"] == "null" || schema["const"] == "inf" || schema["const"] == "-inf"
 }
 
 /// Returns the type of a number, a text or a truth value.

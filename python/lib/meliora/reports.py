@@ -1,4 +1,4 @@
-"""The types of the reports: dictionaries with the fields of `--json`.
+"""The types of the reports: dictionaries with the fields of `--json`, in which infinite numbers are floats.
 
 A test of the Rust crate `meliora-report` writes this file from the types there.
 """
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from typing_extensions import NotRequired
 
 #: A number, or infinity.
-Bound = Union[float, Literal["inf"], Literal["-inf"]]
+Bound = float
 #: An exact number as a decimal string.
 Count = str
 #: The number of improvements that can be made from a state.
