@@ -11,6 +11,9 @@ use meliora_model::predicate::Predicate;
 /// The question of a planning problem: whether a strong cyclic plan exists.
 pub(super) const GOAL: &str = "Pmax>=1 [ F \"goal\" ]";
 
+/// The refusal of a question that means the goal of a problem without one.
+pub(super) const NO_GOAL: &str = "this problem has preferences and no goal that must hold: `--target EXPR` gives one, and `check` judges the preferences";
+
 /// A model with questions about it.
 pub(super) struct Asked {
     /// The model.

@@ -19,7 +19,7 @@ use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
 
-use super::asked::{Asked, GOAL, Stated, StatedTerm, note_inexact};
+use super::asked::{Asked, GOAL, NO_GOAL, Stated, StatedTerm, note_inexact};
 use super::model_files::ModelFiles;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
@@ -182,9 +182,9 @@ impl Loaded {
         let program = &self.program;
         let required = required(texts)?;
         let (mut questions, mut terms) = (Vec::new(), Vec::new());
-        let goal = [GOAL.to_owned()];
-        let asks_for_goal = target.is_none() && properties.is_empty() && program.planning.is_some();
-        let properties = if asks_for_goal { &goal } else { properties };
+        let is_open = target.is_none() && properties.is_empty();
+        let goal = Vec::from_iter(if is_open { goal_of(program)?.map(str::to_owned) } else { None });
+        let properties = if is_open { &goal } else { properties };
         if let Some(text) = target {
             let asking = Asking::target(program, &SourceFile::new("--target", text), &required)?;
             questions.push(Stated { position: 0, text: text.to_owned(), asking });
@@ -382,6 +382,15 @@ pub(super) fn asked(
     Ok(Asked { terms, required, ..Asked::new(loaded.program, questions, false, loaded.overlap) })
 }
 
+/// Returns the property that the goal of a planning problem means; `None` for other models.
+///
+/// # Errors
+/// The problem has no goal that must hold.
+fn goal_of(program: &Program) -> Result<Option<&'static str>, Error> {
+    let Some(planning) = &program.planning else { return Ok(None) };
+    if planning.has_goal() { Ok(Some(GOAL)) } else { Err(Error::Usage(NO_GOAL.to_owned())) }
+}
+
 /// Reads the model, and a target or a property whose paths stop where it is decided.
 ///
 /// # Errors
@@ -393,8 +402,8 @@ pub(super) fn stopping(
     sink: &TerminalSink,
 ) -> Result<Asked, Error> {
     let Loaded { program, named, .. } = parsed(args, sink)?;
-    let property = property.or_else(|| program.planning.is_some().then_some(GOAL));
-    let Some(text) = target.or(property) else { return Err(without_question(&named)) };
+    let goal = if target.or(property).is_none() { goal_of(&program)? } else { None };
+    let Some(text) = target.or(property).or(goal) else { return Err(without_question(&named)) };
     let known = named.iter().find(|p| target.is_none() && p.name == text);
     let Stopping { program, asking } = match known {
         Some(named) => Stopping::named(&program, single(named)?)?,

@@ -39,7 +39,7 @@ impl MixFile {
     pub(super) fn new(source: &Arc<SourceFile>, program: Program, limits: Limits) -> Result<Self, Error> {
         if program.players.is_some() {
             let message =
-                "the strategies of `multi` are about models with one player; `strategy` is for games";
+                "this checks strategies of `multi` for models with one player, and this model is a game";
             return Err(Error::Usage(message.to_owned()));
         }
         let (property, strategies) = mix::read(source, &program)?;

@@ -16,6 +16,7 @@ use meliora_planning::rules::Rules;
 use meliora_report::policy_report::PolicyRuns;
 use meliora_report::{Header, PolicyReport, mix, policy_file};
 
+use super::asked::NO_GOAL;
 use super::exit::Status;
 use super::load;
 use super::mix_file::MixFile;
@@ -187,16 +188,12 @@ impl PolicyFile {
 fn goal(program: &Program, target: Option<&str>) -> Result<Predicate, Error> {
     let wrong = |message: &str| Err(Error::Usage(message.to_owned()));
     if program.players.is_some() {
-        return wrong("policies are about models with one player; `strategy` is for games");
+        return wrong("this checks policies of models with one player, and this model is a game");
     }
     let text = match (target, &program.planning) {
         (Some(text), _) => text,
         (None, Some(planning)) if planning.has_goal() => "\"goal\"",
-        (None, Some(_)) => {
-            return wrong(
-                "this problem has preferences and no goal that must hold: `--target EXPR` gives one",
-            );
-        }
+        (None, Some(_)) => return wrong(NO_GOAL),
         (None, None) => return wrong("this model has no goal of its own: `--target EXPR` gives one"),
     };
     match Asking::target(program, &SourceFile::new("--target", text), &[])?.goal.target {

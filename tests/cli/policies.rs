@@ -178,6 +178,9 @@ fn preferences_alone_are_no_goal() {
     let refused = verified(task, "Policy:\n", &[]).expect(2);
     assert!(refused.stderr.contains("preferences and no goal"), "{}", refused.stderr);
     verified(task, "If holds:\nExecute: one\n", &["--target", "\"a\""]).expect(0);
+    let scratch = Scratch::new(&[task.into()]);
+    let asked = Finished::of(meliora().args(["reach", &scratch.show(task[0])])).expect(2);
+    assert!(asked.stderr.contains("preferences and no goal"), "{}", asked.stderr);
 }
 
 #[test]
