@@ -207,9 +207,10 @@ def choice_of(context, choose, named, node, entry):
     if not context.same(f"{choose} aims of {named}", k, attains and attains["improvements"]):
         return
     (table, actions), probability = tables[k - 1], context.probabilities[k - 1][0][node]
-    context.within(f"{choose} P_{k} of {named}", probability, attains["probability"])
+    precision = math.inf if context.is_rare() else PRECISION
+    context.within(f"{choose} P_{k} of {named}", probability, attains["probability"], precision)
     if choose == "cheap":
-        context.within(f"C_{k} of {named}", table[node], attains["cost"])
+        context.within(f"C_{k} of {named}", table[node], attains["cost"], precision)
     if context.relation.one(key(entry["state"])) in context.analysis.whole.theirs:
         return
     # Values that differ by less than the precision are equal to the program.

@@ -76,7 +76,7 @@ def followed(context):
         facts["pursued"] = str(context.names.index(row["pursues"])) if row["pursues"] in context.names else ""
         taken = row["permitted"] if variant == "permissive" else row["pick"]
         if row["then"] and taken != "false":  # the opponent's actions are neither
-            choices[node][row["action"]] = {int(step.split(":")[1]) for step in row["then"].split()}
+            choices[node][uncell(row["action"])] = {int(step.split(":")[1]) for step in row["then"].split()}
     for node, own in enumerate(choices):
         if not own:
             own["settled"] = {node}

@@ -63,9 +63,9 @@ def outside(context):
     shown(context, wild, prefs, options, set(names.values()))
 
 
-def fresh(words, draw, parts=PARTS):
-    """Other names for some words, each with the form in which it is shown."""
-    names, taken = {}, set()
+def fresh(words, draw, parts=PARTS, others=()):
+    """Names for some words, none of which is among the others, each with the form in which it is shown."""
+    names, taken = {}, set(others)
     for word in words:
         name, form = "", ""
         while not name or form in taken:
@@ -76,12 +76,12 @@ def fresh(words, draw, parts=PARTS):
     return names
 
 
-def names_for(words, draw, like=tuple(sorted(WORDS)), parts=PARTS):
-    """Different names for some words, each with the form in which it is shown."""
+def names_for(words, draw, like=tuple(sorted(WORDS)), parts=PARTS, others=()):
+    """Different names for some words, none of which is among the others, each with the form in which it is shown."""
     words = list(words)
-    found = fresh(words, draw, parts)
+    found = fresh(words, draw, parts, others)
     plain = draw.sample(like, min(len(words), len(like)))
-    taken = {form for _, form in found.values()}
+    taken = {form for _, form in found.values()} | set(others)
     for word, name in zip(words, plain):
         if name not in taken and draw.random() < 0.5:
             found[word] = (name, name)

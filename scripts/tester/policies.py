@@ -120,12 +120,14 @@ def rule(world, state, draw, share, chosen=None):
     lacks = [(a, False) for a in world.every if a not in world.atoms(state) and draw.random() < (1 - share) / 2]
     steps = world.steps(state) or [("deadlock", {state})]
     at = draw.randrange(len(steps)) if chosen is None else chosen
-    return draw.sample(holds + lacks, len(holds + lacks)), steps[at][0], None
+    is_one_of_several = [name for name, _ in steps].count(steps[at][0]) > 1
+    position = at if draw.random() < (0.8 if is_one_of_several else 0.1) else None
+    return draw.sample(holds + lacks, len(holds + lacks)), steps[at][0], position
 
 
 def change(world, rules, draw):
     """Changes a list of rules a little."""
-    at, kind = draw.randrange(len(rules) + 1), draw.randrange(6)
+    at, kind = draw.randrange(len(rules) + 1), draw.randrange(7)
     if at == len(rules) or kind == 0:
         state = draw.choice(sorted(world.known, key=repr))
         rules.insert(at, rule(world, state, draw, draw.choice((0, 0.5, 1))))
@@ -141,6 +143,8 @@ def change(world, rules, draw):
     elif kind == 4:
         other = draw.choice([action.upper(), action.capitalize(), action.replace("a", " a"), action + "#1"])
         rules[at] = conditions, other.strip() or action, position
+    elif kind == 5:
+        rules[at] = conditions, action, draw.choice((None, 0, 1, 2))
     else:
         rules.pop(at)
 

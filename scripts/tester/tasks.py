@@ -92,8 +92,8 @@ class Draw:
         derived = (*CHANGED, "linked", "both")
         atom = lambda: self.random.choice(("{}", "(not {})")).format(self.atom((), derived))
         goal = self.random.choice((atom(), f"(and {atom()} {atom()})", self.condition((), 2)))
-        if self.random.randrange(2):
-            goal = f"(and {goal} (preference Wish-1 {self.condition((), 1)}) (preference clean (not {atom()})))"
+        wishes = f"(preference Wish-1 {self.condition((), 1)}) (preference clean (not {atom()}))"
+        goal = self.random.choice((goal, goal, goal, f"(and {goal} {wishes})", f"(and {goal} {wishes})", f"(and {wishes})"))
         problem = (
             "(define (problem drawn) (:domain drawn) (:objects a b - s c - t)\n"
             f"(:init {' '.join(sorted(facts))})\n(:goal {goal}))\n"
@@ -115,6 +115,10 @@ def tasks(context):
     paths = folder / "domain.pddl", folder / "problem.pddl"
     for path, text in zip(paths, (domain, problem)):
         path.write_text(text)
+    if "(:goal (and (preference" in problem:
+        without_goal(context, paths)
+        preferences(context, paths, reference, known)
+        return
     goal = {state for state in known if reference.is_goal(state)}
     engine = context.program.settings("engine")
     report = context.program.ask("reach", *paths, "--target", '"goal"', "--strong", *engine)
@@ -147,6 +151,17 @@ def tasks(context):
         runs = context.program.ask("simulate", *paths, "--policy", policy, *steps)["runs"]
         context.same("runs of the policy of a task", 5, runs["reached"])
         policy.unlink()
+
+
+def without_goal(context, paths):
+    """A problem with preferences alone has no plan: a policy needs a target of its own."""
+    context.case.features.add("preferences alone")
+    policy = context.program.folder / "empty.txt"
+    policy.write_text("Policy:\n")
+    for asked in (["reach", *paths], ["verify", policy, *paths]):
+        status, _, errors = context.program.run(*asked)
+        is_refused = status == 2 and "no goal" in errors
+        context.same(f"`{asked[0]}` without a goal is refused", "", "" if is_refused else errors[-300:] or status)
 
 
 def preferences(context, paths, reference, known):

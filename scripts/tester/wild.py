@@ -80,7 +80,9 @@ def in_jani(context, draw):
     locations = names_for(range(case.size + 1), draw)
     actions = names_for(source.alphabet, draw, ACTIONS)
     conditions = dict.fromkeys(jani.CONDITION.findall(case.preferences_text()))
-    labels = {condition: name for condition, (name, _) in names_for(conditions, draw, LABELS, UNQUOTED).items()}
+    # Rewards and labels are variables in JANI.
+    words = names_for(conditions, draw, LABELS, UNQUOTED, rewards.values())
+    labels = {condition: name for condition, (name, _) in words.items()}
     raw = {word: name for word, (name, _) in (locations | actions).items()}
     properties = [name for name in labels.values() if draw.random() < 0.3]
     named = {name: f"flag {at}" for at, name in enumerate(properties)}
