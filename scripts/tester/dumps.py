@@ -100,11 +100,16 @@ def bounded(context, folder):
             for letter, (table, _) in (("p", context.probabilities[k]), ("c", context.costs[k])):
                 lower, upper = (row[f"{letter}_{k + 1}_{side}"] for side in ("lower", "upper"))
                 value = table.get(node, Fraction(0) if letter == "p" else None)
-                found = {"lower": lower, "upper": upper} if lower else None
+                found = {"lower": bound(lower), "upper": bound(upper)} if lower else None
                 if node not in (quantities.own(state), state) and letter == "c" and not found:
                     continue  # a level that no state of the class is in is not known elsewhere
                 context.within(f"{letter}_{k + 1} of {row}", value, found, precision)
     context.case.features.add("values of a dump of a game" if context.is_game else "values of a dump")
+
+
+def bound(text):
+    """A bound of a table: a fraction, or the double nearest to a decimal."""
+    return text if text == "inf" else Fraction(text if "/" in text else float(text))
 
 
 def regions_of(context):
