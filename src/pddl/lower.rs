@@ -56,7 +56,7 @@ pub(crate) fn lower(task: &Task, ground: &GroundTask, groups: &[Group]) -> Resul
         let holds = lowering.equals(id, variable.ty, variable.initial.unwrap_or_default());
         initial = lowering.pool.binary(Binary::And, initial, holds);
     }
-    let (actions, commands, costs) = lowering.commands(&variables);
+    let (actions, commands, costs) = lowering.commands(&variables)?;
     let planning = lowering.planning(&variables);
     let labels = lowering.labels();
     Ok(Program {
@@ -222,7 +222,10 @@ impl Lowering<'_> {
 
     /// Returns the names of the actions, the commands, and their costs. Actions whose condition cannot
     /// hold are left out.
-    fn commands(&mut self, variables: &[Variable]) -> (Vec<String>, Vec<Command>, Vec<RewardItem>) {
+    ///
+    /// # Errors
+    /// A function has no value for the arguments of an action.
+    fn commands(&mut self, variables: &[Variable]) -> Result<(Vec<String>, Vec<Command>, Vec<RewardItem>)> {
         let (ground, task) = (self.ground, self.task);
         let (mut actions, mut commands, mut costs) = (Vec::new(), Vec::new(), Vec::new());
         let always = self.pool.value(Value::Bool(true));
@@ -238,8 +241,9 @@ impl Lowering<'_> {
             let Some(fixed) = self.fixed(&action.precondition) else { continue };
             let schema = &task.actions[action.schema];
             let number = CommandId(u32::try_from(commands.len()).unwrap_or(u32::MAX));
-            if !schema.cost.is_zero() {
-                let value = self.pool.exact_value(Exact::Real(Real::Finite(schema.cost.clone())));
+            let cost = task.cost(schema, &action.arguments)?;
+            if !cost.is_zero() {
+                let value = self.pool.exact_value(Exact::Real(Real::Finite(cost)));
                 let earner = Earner::Command(number);
                 costs.push(RewardItem { earner, guard: always, value, span: Span::default() });
             }
@@ -255,7 +259,7 @@ impl Lowering<'_> {
             });
             actions.push(unique(called(action), &mut taken));
         }
-        (actions, commands, costs)
+        Ok((actions, commands, costs))
     }
 
     /// Returns the values that a condition fixes; `None` if it requires two values of one variable.

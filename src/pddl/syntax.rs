@@ -138,6 +138,10 @@ impl Reader<'_> {
 
     fn word_end(&self, start: usize) -> Range<usize> {
         let rest = &self.source.text[start..];
+        // `?x -place` is read as `?x - place`: no name begins with `-`.
+        if rest.strip_prefix('-').is_some_and(|rest| rest.starts_with(|c: char| c.is_alphabetic())) {
+            return start..start + 1;
+        }
         let ends = |c: char| c.is_whitespace() || matches!(c, '(' | ')' | ';');
         start..start + rest.find(ends).unwrap_or(rest.len()).max(1)
     }

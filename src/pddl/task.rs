@@ -4,8 +4,10 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use meliora_base::error::SourceFile;
+use ahash::AHashMap;
+use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_base::exact::Ratio;
+use num_traits::Signed;
 
 /// The number of an object.
 pub(crate) type Object = u32;
@@ -127,6 +129,25 @@ pub(crate) struct Predicate {
     pub(crate) is_changed: bool,
 }
 
+/// The increase of `total-cost` by an action.
+#[derive(Debug, Default)]
+pub(crate) struct Cost {
+    pub(crate) constant: Ratio,
+    /// Values of functions that are added: the numbers of the functions, and the arguments.
+    pub(crate) values: Vec<(usize, Vec<Term>)>,
+}
+
+/// A function whose values never change.
+#[derive(Debug)]
+pub(crate) struct Function {
+    /// The name as it is declared.
+    pub(crate) name: String,
+    /// The number of arguments.
+    pub(crate) arity: usize,
+    /// The values that `:init` gives.
+    pub(crate) values: AHashMap<Vec<Object>, Ratio>,
+}
+
 /// An action schema.
 #[derive(Debug)]
 pub(crate) struct Action {
@@ -134,8 +155,7 @@ pub(crate) struct Action {
     pub(crate) parameters: Vec<Arc<Domain>>,
     pub(crate) precondition: Condition,
     pub(crate) effect: Effect,
-    /// The increase of `total-cost`.
-    pub(crate) cost: Ratio,
+    pub(crate) cost: Cost,
     /// Its place in [`Task::source`].
     pub(crate) span: Range<usize>,
 }
@@ -155,19 +175,43 @@ pub(crate) struct Task {
     pub(crate) source: Arc<SourceFile>,
     pub(crate) objects: Vec<String>,
     pub(crate) predicates: Vec<Predicate>,
+    pub(crate) functions: Vec<Function>,
     pub(crate) actions: Vec<Action>,
     pub(crate) axioms: Vec<Axiom>,
     pub(crate) initial: Vec<(usize, Vec<Object>)>,
     /// The goal without preferences; `None` if there are only preferences.
     pub(crate) goal: Option<Condition>,
     pub(crate) preferences: Vec<(String, Condition)>,
-    /// True if `total-cost` is declared.
+    /// True if `total-cost` is declared or increased.
     pub(crate) has_cost: bool,
     /// True if some effect has several outcomes without stated probabilities.
     pub(crate) has_oneof: bool,
 }
 
 impl Task {
+    /// Returns what an action with these arguments costs.
+    ///
+    /// # Errors
+    /// A function has no value for them, or one below 0.
+    pub(crate) fn cost(&self, action: &Action, arguments: &[Object]) -> Result<Ratio> {
+        let mut sum = action.cost.constant.clone();
+        for (function, terms) in &action.cost.values {
+            let Function { name, values, .. } = &self.functions[*function];
+            let given: Vec<Object> = terms.iter().map(|term| term.object(arguments)).collect();
+            let Some(value) = values.get(&given) else {
+                let message = format!("the cost `{}` has no value", self.called(name, &given));
+                let wrong = Diagnostic::new(&self.source, action.span.clone(), message);
+                return Err(wrong.help("`(= (FUNCTION OBJECT …) NUMBER)` in `:init` gives one").into());
+            };
+            if value.is_negative() {
+                let message = format!("the cost `{}` is less than 0", self.called(name, &given));
+                return Err(Diagnostic::new(&self.source, action.span.clone(), message).into());
+            }
+            sum += value;
+        }
+        Ok(sum)
+    }
+
     /// Formats an atom: `at(robot,kitchen)`, or `raining` without arguments.
     pub(crate) fn atom(&self, predicate: usize, arguments: &[Object]) -> String {
         self.called(&self.predicates[predicate].name, arguments)

@@ -20,6 +20,9 @@ impl Checker {
             if node.list().is_some_and(<[Node]>::is_empty) {
                 return Some(join(true, is_positive, Vec::new()));
             }
+            if self.is_bare_atom(node) {
+                return self.literal(node, is_positive);
+            }
             return self.report(node.expected("a condition in brackets"));
         };
         match name {
@@ -98,9 +101,16 @@ impl Checker {
         self.atom(node).map(|atom| Condition::Literal(atom, is_positive))
     }
 
+    /// Returns whether a node is the name of a predicate without brackets, as some collections write atoms without
+    /// arguments.
+    pub(super) fn is_bare_atom(&self, node: &Node) -> bool {
+        node.word().is_some_and(|name| self.predicate_of.contains_key(name))
+    }
+
     /// Reads an atom, and checks its predicate and arguments.
     pub(super) fn atom(&mut self, node: &Node) -> Option<Atom> {
-        let Some((name, parts)) = node.form() else {
+        let bare = node.word().filter(|_| self.is_bare_atom(node)).map(|name| (name, &[][..]));
+        let Some((name, parts)) = bare.or_else(|| node.form()) else {
             return self.report(node.expected("a fact such as `(at robot kitchen)`"));
         };
         let Some(&predicate) = self.predicate_of.get(name) else {
@@ -143,7 +153,7 @@ impl Checker {
             .push(note.help("types of arguments are not enforced; further places are not listed"));
     }
 
-    fn term(&mut self, node: &Node) -> Option<Term> {
+    pub(super) fn term(&mut self, node: &Node) -> Option<Term> {
         let Some(name) = node.word() else {
             return self.report(node.expected("an object or a variable"));
         };

@@ -1,24 +1,31 @@
 //! Effects.
 
+use ahash::AHashMap;
 use num_traits::{One, Signed, Zero};
 
 use super::Checker;
 use super::requirements::Requirement;
 use crate::syntax::Node;
-use crate::task::{Condition, Effect};
+use crate::task::{Condition, Cost, Effect, Function, Object, Term};
 use meliora_base::exact::{Ratio, decimal};
 use meliora_base::stack;
 
+/// The function that actions increase.
+const COST: &str = "total-cost";
+
 impl Checker {
     /// Reads an effect; the increase of `total-cost` is added to `cost` where it is allowed.
-    pub(super) fn effect(&mut self, node: &Node, cost: &mut Option<&mut Ratio>) -> Option<Effect> {
+    pub(super) fn effect(&mut self, node: &Node, cost: &mut Option<&mut Cost>) -> Option<Effect> {
         stack::level(|| self.effect_here(node, cost))
     }
 
-    fn effect_here(&mut self, node: &Node, cost: &mut Option<&mut Ratio>) -> Option<Effect> {
+    fn effect_here(&mut self, node: &Node, cost: &mut Option<&mut Cost>) -> Option<Effect> {
         let Some((name, parts)) = node.form() else {
             if node.list().is_some_and(<[Node]>::is_empty) {
                 return Some(Effect::And(Vec::new()));
+            }
+            if self.is_bare_atom(node) {
+                return self.change(node, true);
             }
             return self.report(node.expected("an effect in brackets"));
         };
@@ -109,48 +116,96 @@ impl Checker {
         }
     }
 
-    /// Reads `(increase (total-cost) 5)`; refuses other changes of numbers.
+    /// Reads `(increase (total-cost) 5)`, or by the value of a function; refuses other changes of numbers.
     fn number(
         &mut self,
         node: &Node,
         name: &str,
         parts: &[Node],
-        cost: &mut Option<&mut Ratio>,
+        cost: &mut Option<&mut Cost>,
     ) -> Option<Effect> {
-        let target = parts.first().and_then(Node::form).map(|(target, _)| target);
-        if name != "increase" || target != Some("total-cost") || !self.has_cost {
+        let target = parts.first().and_then(|part| part.word().or_else(|| part.form().map(|form| form.0)));
+        if name != "increase" || target != Some(COST) {
             let shown = parts.first().map_or("a number", |part| part.text());
             let wrong = node.wrong(format!("numbers that change, such as `{shown}`, are not supported"));
-            return self
-                .report(wrong.help("only `(increase (total-cost) NUMBER)` is, with `total-cost` declared"));
+            return self.report(wrong.help("only `(increase (total-cost) NUMBER)` is"));
         }
+        self.has_cost = true;
+        self.used.add(Requirement::Costs);
         let [_, amount] = self.exactly(node, parts, "increase")?;
-        let amount = self.ratio(amount)?;
         let Some(sum) = cost else {
             return self.report(node.wrong("a cost that depends on the outcome is not supported"));
         };
+        if let Some((function, arguments)) = amount.form() {
+            let value = self.value_of(amount, function, arguments)?;
+            self.unused_functions.retain(|(unused, _)| *unused != value.0);
+            sum.values.push(value);
+            return Some(Effect::And(Vec::new()));
+        }
+        let amount = self.ratio(amount)?;
         if amount.is_negative() {
             return self.report(node.wrong("a cost is at least 0"));
         }
-        **sum += amount;
+        sum.constant += amount;
         Some(Effect::And(Vec::new()))
     }
 
-    /// Declares functions: only `total-cost` is supported.
+    /// Reads `(far ?a ?b)`: a function and its arguments.
+    fn value_of(&mut self, node: &Node, name: &str, parts: &[Node]) -> Option<(usize, Vec<Term>)> {
+        let Some(function) = self.functions.iter().position(|known| known.name.eq_ignore_ascii_case(name))
+        else {
+            let wrong =
+                node.wrong(format!("unknown function `{name}`")).label("not declared in `:functions`");
+            return self
+                .report(wrong.help("a cost is a number, or the value of a function that never changes"));
+        };
+        let arity = self.functions[function].arity;
+        if parts.len() != arity {
+            let message = format!("`{name}` has {arity} arguments, here are {}", parts.len());
+            return self.report(node.wrong(message).label("wrong number of arguments"));
+        }
+        let arguments: Option<Vec<Term>> = parts.iter().map(|part| self.term(part)).collect();
+        Some((function, arguments?))
+    }
+
+    /// Declares functions: `total-cost`, and those whose values never change.
     pub(super) fn declare_functions(&mut self, parts: &[Node]) {
-        for node in parts {
+        for (node, _) in self.typed_list(parts) {
             match node.form() {
-                Some(("total-cost", _)) => {
+                Some((COST, _)) => {
                     self.has_cost = true;
                     self.used.add(Requirement::Costs);
                 }
-                Some((name, _)) => {
-                    let wrong = node.wrong(format!("the function `{name}` is not supported"));
-                    self.report::<()>(wrong.help("only `(total-cost)` is; facts take the place of numbers"));
+                Some((_, parameters)) => {
+                    let arity = self.typed_variables(parameters).len();
+                    let name = node.list().and_then(|list| list.first()).map_or("", Node::text).to_owned();
+                    self.unused_functions.push((self.functions.len(), node.clone()));
+                    self.functions.push(Function { name, arity, values: AHashMap::new() });
                 }
-                // `- number`
-                None => {}
+                None => {
+                    self.report::<()>(node.expected("a function such as `(total-cost)`"));
+                }
             }
+        }
+    }
+
+    /// Reads `(= (far a b) 5)` in `:init`.
+    pub(super) fn initial_value(&mut self, node: &Node, parts: &[Node]) {
+        let Some([of, value]) = self.exactly(node, parts, "=") else { return };
+        let (name, arguments) = of.form().unwrap_or((of.word().unwrap_or_default(), &[]));
+        if name == COST {
+            return;
+        }
+        let Some((function, terms)) = self.value_of(of, name, arguments) else { return };
+        let objects: Option<Vec<Object>> = terms
+            .iter()
+            .map(|term| match term {
+                Term::Object(object) => Some(*object),
+                Term::Variable(_) => None,
+            })
+            .collect();
+        if let (Some(objects), Some(value)) = (objects, self.ratio(value)) {
+            self.functions[function].values.insert(objects, value);
         }
     }
 

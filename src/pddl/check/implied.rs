@@ -1,7 +1,7 @@
 //! Objects that a domain names without declaring them: some collections leave that to their problems.
 
-use super::Checker;
-use super::types::Declared;
+use super::types::{Declared, ROOT};
+use super::{Checker, Sections};
 use crate::syntax::Node;
 use meliora_base::error::Severity;
 
@@ -27,6 +27,40 @@ impl Checker {
             let note = node.wrong(format!("`{name}` is not declared{also}")).severity(Severity::Warning);
             let note = note.label("taken for an object of the type that stands here");
             self.faults.notes.push(note.help("declare it in `:objects` of the problem, or in `:constants`"));
+        }
+    }
+
+    /// Declares the objects that only facts of `:init` name which no action changes and no rule defines. They have no
+    /// type but `object`. A note shows the first one.
+    pub(super) fn declare_initial(&mut self, sections: &Sections<'_>, predicates: &[Declared]) {
+        let mut changed = Vec::new();
+        for node in sections.domain {
+            let effects = node.list().unwrap_or_default().windows(2);
+            changed.extend(effects.filter(|pair| pair[0].word() == Some(":effect")).map(|pair| &pair[1]));
+        }
+        let mut is_static: Vec<&str> = predicates.iter().map(|declared| declared.name.as_str()).collect();
+        while let Some(node) = changed.pop() {
+            let parts = node.list().unwrap_or_default();
+            changed.extend(parts);
+            is_static.retain(|name| parts.first().is_none_or(|first| first.word() != Some(*name)));
+        }
+        let mut first = None;
+        self.named(sections.problem, ":init", |checker, parts, _| {
+            for (name, arguments) in parts.iter().filter_map(Node::form) {
+                let unknown =
+                    |node: &&Node| node.word().is_some_and(|word| !checker.object_of.contains_key(word));
+                let of = vec![ROOT.to_owned()];
+                for node in arguments.iter().filter(unknown).cloned().collect::<Vec<_>>() {
+                    if is_static.contains(&name) {
+                        checker.imply_object(&node, &of, 0, &mut first);
+                    }
+                }
+            }
+        });
+        if let Some(node) = first {
+            let note = node.wrong(format!("`{}` is not declared", node.text())).severity(Severity::Warning);
+            let note = note.label("taken for an object of the type `object`");
+            self.faults.notes.push(note.help("declare it in `:objects`"));
         }
     }
 

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use crate::syntax::{Faults, Node};
-use crate::task::{Action, Axiom, Domain, Predicate, Task};
+use crate::task::{Action, Axiom, Domain, Function, Predicate, Task};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use requirements::Requirements;
 use types::Types;
@@ -30,6 +30,9 @@ pub(crate) struct Checker {
     predicate_of: AHashMap<String, usize>,
     actions: Vec<Action>,
     axioms: Vec<Axiom>,
+    functions: Vec<Function>,
+    /// The functions on which no cost depends so far, each with its declaration.
+    unused_functions: Vec<(usize, Node)>,
     has_cost: bool,
     used: Requirements,
     /// True once an argument of another type has been noted.
@@ -76,6 +79,7 @@ pub(crate) fn check(
         predicates: checker.predicates,
         actions: checker.actions,
         axioms: checker.axioms,
+        functions: checker.functions,
         initial: goals.initial,
         goal: goals.goal,
         preferences: goals.preferences,
@@ -137,11 +141,16 @@ impl Checker {
         let mut declared = Vec::new();
         self.named(sections.domain, ":predicates", |c, parts, _| c.read_predicates(parts, &mut declared));
         self.declare_implied(sections.domain, &declared);
+        self.declare_initial(sections, &declared);
         self.add_predicates(declared);
         self.named(sections.domain, ":functions", |c, parts, _| c.declare_functions(parts));
         self.named(sections.domain, ":derived", |c, parts, _| c.declare_derived(parts));
         self.named(sections.domain, ":action", |c, parts, node| c.action(parts, node));
         self.named(sections.domain, ":derived", |c, parts, node| c.derived(parts, node));
+        for (_, node) in std::mem::take(&mut self.unused_functions) {
+            let note = node.wrong("no cost depends on this function").severity(Severity::Warning);
+            self.faults.notes.push(note.label("not used"));
+        }
         self.goals(sections.problem)
     }
 

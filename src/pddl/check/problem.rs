@@ -40,12 +40,7 @@ impl Checker {
 
     fn initial_fact(&mut self, node: &Node, goals: &mut Goals) {
         match node.form() {
-            Some(("=", parts)) => {
-                let known = parts.first().and_then(Node::form).is_some_and(|(name, _)| name == "total-cost");
-                if !known || !self.has_cost {
-                    self.report::<()>(node.wrong("initial values of numbers are not supported"));
-                }
-            }
+            Some(("=", parts)) => self.initial_value(node, parts),
             Some(("not", _)) => {}
             Some((name @ ("oneof" | "or" | "unknown" | "probabilistic"), _)) => {
                 let wrong =
@@ -121,17 +116,23 @@ impl Checker {
     fn metric(&mut self, parts: &[Node], node: &Node) {
         let mut open: Vec<&Node> = parts.iter().collect();
         let mut has_weights = false;
+        let mut unused = None;
         while let Some(part) = open.pop() {
             open.extend(part.list().into_iter().flatten());
             match part.word() {
                 Some("is-violated") => has_weights = true,
-                Some(word @ ("reward" | "total-time")) => {
-                    let wrong =
-                        part.wrong(format!("`{word}` is not supported: only `total-cost` is counted"));
+                Some("total-time") => unused = Some(part),
+                Some("reward") => {
+                    let wrong = part.wrong("`reward` is not supported: only `total-cost` is counted");
                     self.report::<()>(wrong.help("remove the metric"));
                 }
                 _ => {}
             }
+        }
+        if let Some(part) = unused {
+            let note =
+                part.wrong("the metric is not used: problems have no time").severity(Severity::Warning);
+            self.faults.notes.push(note);
         }
         if has_weights {
             let message = "the weights of preferences are not used: they are not an order of the objectives";

@@ -1,13 +1,10 @@
 //! Actions and derived predicates.
 
-use num_traits::Zero;
-
 use super::Checker;
 use super::requirements::Requirement;
 use crate::syntax::Node;
-use crate::task::{Action, Axiom, Effect};
+use crate::task::{Action, Axiom, Cost, Effect};
 use meliora_base::error::Severity;
-use meliora_base::exact::Ratio;
 
 impl Checker {
     /// Reads `(:action NAME :parameters (…) :precondition … :effect …)`.
@@ -33,7 +30,7 @@ impl Checker {
         let domains = parameters.iter().map(|(_, domain)| domain.clone()).collect();
         self.scope = parameters;
         let precondition = self.optional_condition(precondition);
-        let mut cost = Ratio::zero();
+        let mut cost = Cost::default();
         let effect = match effect {
             Some(effect) => self.effect(effect, &mut Some(&mut cost)),
             None => Some(Effect::And(Vec::new())),

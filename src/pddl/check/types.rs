@@ -11,7 +11,7 @@ use crate::task::{Domain, Predicate};
 use meliora_base::error::Diagnostic;
 
 /// The type of all objects.
-const ROOT: &str = "object";
+pub(super) const ROOT: &str = "object";
 
 /// The types, and the types of objects.
 #[derive(Default)]
@@ -141,7 +141,7 @@ impl Checker {
     }
 
     /// Reads `?x ?y - t`: the variables with the names of their types.
-    fn typed_variables<'n>(&mut self, parts: &'n [Node]) -> Vec<(&'n Node, Vec<String>)> {
+    pub(super) fn typed_variables<'n>(&mut self, parts: &'n [Node]) -> Vec<(&'n Node, Vec<String>)> {
         let mut variables: Vec<(&Node, Vec<String>)> = Vec::new();
         for (node, of) in self.typed_list(parts) {
             let of = self.types_of(of);

@@ -2,7 +2,9 @@
 
 use super::loaded;
 use meliora_base::error::{Error, SourceFile};
+use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_base::progress::NoProgress;
+use meliora_model::rewards::RewardItem;
 
 /// Returns the file, line and column of the first error, and its message.
 fn first_error(domain: &str, problem: &str) -> String {
@@ -53,7 +55,12 @@ fn mistakes_in_domains_are_shown_at_their_places() {
         ("(:durative-action a)", "2:1: actions with a duration are not supported"),
         ("(:action a :duration (= ?duration 1))", "2:12: actions with a duration are not supported"),
         ("(:constraints (always (q)))", "2:1: `:constraints` on whole paths are not supported"),
-        ("(:functions (fuel))", "2:13: the function `fuel` is not supported"),
+        ("(:action a :effect (increase (total-cost) (far)))", "2:43: unknown function `far`"),
+        (
+            "(:functions (far ?a - t)) (:action a :effect (increase (total-cost) (far)))",
+            "2:69: `far` has 1 arguments, here are 0",
+        ),
+        ("(:action a :effect (r a) )", "2:20: unknown predicate `r`"),
         ("(:actions)", "2:1: unknown section `:actions`"),
         (
             "(:action a :effects (q))",
@@ -70,8 +77,7 @@ fn mistakes_in_domains_are_shown_at_their_places() {
 #[test]
 fn mistakes_in_problems_are_shown_at_their_places() {
     for (parts, expected) in [
-        ("(:init (p b)) (:goal (q))", "2:11: unknown object `b`"),
-        ("(:init (= (fuel) 3)) (:goal (q))", "2:8: initial values of numbers are not supported"),
+        ("(:init (= (fuel) 3)) (:goal (q))", "2:11: unknown function `fuel`"),
         (
             "(:init (oneof (q) (p a))) (:goal (q))",
             "2:8: `oneof` in `:init` is not supported: there is one initial state",
@@ -197,4 +203,60 @@ fn an_action_with_too_many_outcomes_is_refused_at_its_place() {
         ),
         _ => panic!("2^40 outcomes were listed"),
     }
+}
+
+/// The costs of actions are constants and values of functions that `:init` gives.
+#[test]
+fn values_of_functions_are_costs() {
+    let domain = "(define (domain d) (:types t) (:predicates (at ?x - t)) (:functions (far ?a ?b - t) (old) - number)
+        (:action go :parameters (?a ?b - t) :precondition (at ?a)
+         :effect (and (not (at ?a)) (at ?b) (increase (total-cost) (far ?a ?b)) (increase (total-cost) 1/2))))";
+    let problem = "(define (problem p) (:objects a b - t)
+        (:init (at a) (= (far a b) 2) (= (far b a) 3) (= (far a a) 0) (= (far b b) 0) (= (total-cost) 0)) (:goal (at b))
+        (:metric minimize (total-time)))";
+    let sources = [SourceFile::new("d", domain), SourceFile::new("p", problem)];
+    let planned = crate::load(&sources, &NoProgress).unwrap();
+    let costs = &planned.program.rewards[0];
+    let state = [0];
+    let exact = |item: &RewardItem| planned.program.pool.exact(item.value, &state).unwrap();
+    let shown: Vec<Exact> = costs.items.iter().map(exact).collect();
+    assert_eq!((costs.name.as_deref(), shown.len()), (Some("total-cost"), 4));
+    assert_eq!(planned.program.actions, ["go(a,a)", "go(a,b)", "go(b,a)", "go(b,b)"]);
+    let halves = |n: i64| Exact::Real(Real::Finite(Ratio::new(n.into(), 2.into())));
+    assert_eq!(shown, [1, 5, 7, 1].map(halves));
+    let notes: Vec<_> =
+        planned.warnings.iter().map(|note| (note.message.as_str(), note.position())).collect();
+    assert_eq!(
+        notes,
+        [
+            ("no cost depends on this function", (1, 85)),
+            ("the metric is not used: problems have no time", (3, 28))
+        ]
+    );
+}
+
+#[test]
+fn a_cost_without_a_value_is_refused_at_its_action() {
+    let domain = domain("(:functions (far ?a - t)) (:action a :effect (increase (total-cost) (far a)))");
+    let refused = first_error(&domain, PROBLEM);
+    assert_eq!(refused, "domain.pddl problem.pddl:2:27: the cost `far(a)` has no value");
+    let negative = PROBLEM.replace("(p a)) (:goal", "(p a) (= (far a) -1)) (:goal");
+    assert!(first_error(&domain, &negative).ends_with("the cost `far(a)` is less than 0"));
+}
+
+/// Collections write types next to their dash, atoms without brackets, and facts about objects that nothing declares.
+#[test]
+fn other_forms_have_the_meaning_that_their_authors_give_them() {
+    let domain = "(define (domain d) (:types t) (:predicates (at ?x -t) (road ?x ?y -t) (lost) (q))
+        (:action go :parameters (?x ?y -t) :precondition (and (at ?x) (road ?x ?y) (not lost))
+         :effect (and (at ?y) (probabilistic 1/2 lost))))";
+    let problem = "(define (problem p) (:objects a b -t) (:init (at a) (road a b) (road b c) q) (:goal (and (at b) q)))";
+    let sources = [SourceFile::new("d", domain), SourceFile::new("p", problem)];
+    let planned = crate::load(&sources, &NoProgress).unwrap();
+    assert_eq!(planned.program.actions, ["go(a,b)"]);
+    let notes: Vec<_> = planned.warnings.iter().map(|note| note.message.as_str()).collect();
+    assert!(notes.contains(&"`c` is not declared"), "{notes:?}");
+    // An action changes the place, so a name that is not known is a mistake.
+    let changed = problem.replace("(at a)", "(at d)");
+    assert_eq!(first_error(domain, &changed), "problem.pddl:1:50: unknown object `d`");
 }
