@@ -18,6 +18,7 @@ use super::groups::Entry;
 use super::policies::{ROUNDS, rounds, sweeps};
 use super::sides::Sides;
 use super::total::Total;
+use crate::equations::choices::Reversed;
 use crate::equations::game_graph::{GameGraph, Goal, Rewards, opposite};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number};
@@ -132,7 +133,9 @@ impl Reaching<'_> {
     fn step<E: Entry>(&self, meter: &mut Meter<'_>) -> Result<Step<'_, E>> {
         let near = |x: &Ratio| E::of(&E::Read::of(x));
         let back = Back::with(self.game, self.goal, self.rewards(), near, meter)?;
-        Ok(Step { of: self, back, order: self.order(meter)? })
+        let choices = &self.game.choices;
+        meter.take(4 * (choices.first.len() + choices.to.len() + choices.start.len()))?;
+        Ok(Step { of: self, back, order: self.order(meter)?, reversed: choices.reversed() })
     }
 
     /// Returns the states, most of them after those that they reach, so that one sweep has the values of those that are
@@ -238,6 +241,8 @@ struct Step<'a, E> {
     back: Back<'a, E>,
     /// The states in the order of a sweep.
     order: Vec<u32>,
+    /// The choices that lead to each state: a sweep visits only states before those that have changed.
+    reversed: Reversed,
 }
 
 impl<E: Entry> Step<'_, E> {
@@ -276,35 +281,57 @@ impl<E: Entry> Step<'_, E> {
                 endless.is_none()
             });
         }
+        let mut stale = BitVec::<usize>::repeat(true, x.len());
         for _ in 0..sweeps {
             let (mut settled, slack) = (true, E::slack(x));
             for &state in &open {
+                if !stale.replace(state, false) {
+                    continue;
+                }
                 meter.step()?;
-                let Some((q, pick)) = self.best(state, (x, finite)) else { continue };
-                let is_max = self.back.maximisers[state];
-                let more = |a: &E, b: &E| if is_max { *a > b.plus(&slack) } else { *b > a.plus(&slack) };
-                // A choice that is merely as good never replaces another one.
-                let mut choices = self.of.game.choices.of(state as u32);
-                let taken = choices.find(|&choice| strategy.choices[choice]).filter(|_| strategy.side[state]);
-                let own = taken.map(|taken| self.back.mean(taken, x));
-                let value = match own {
-                    Some(own) if more(&q, &own) => {
-                        self.of.take(&mut strategy.choices, state, pick);
-                        changed = true;
-                        q
-                    }
-                    Some(own) if more(&own, &x[state]) => own,
-                    // The values move towards what the side gains.
-                    None if more(&x[state], &q) => q,
-                    _ => continue,
+                let Some((value, pick)) = self.renewed(state, strategy, (x, finite), &slack) else {
+                    continue;
                 };
+                if let Some(pick) = pick {
+                    self.of.take(&mut strategy.choices, state, pick);
+                    changed = true;
+                }
                 (x[state], settled) = (value, false);
+                for &choice in self.reversed.entering(state as u32) {
+                    stale.set(self.reversed.owner[choice as usize] as usize, true);
+                }
             }
             if settled {
                 break;
             }
         }
         Ok(changed)
+    }
+
+    /// Returns the value of a state that differs from `x` by more than `slack`, and the choice that a strategy takes for
+    /// it instead of its own.
+    fn renewed(
+        &self,
+        state: usize,
+        strategy: &Strategy,
+        (x, finite): (&[E], &BitVec),
+        slack: &E,
+    ) -> Option<(E, Option<usize>)> {
+        let (q, pick) = self.best(state, (x, finite))?;
+        let is_max = self.back.maximisers[state];
+        let more = |a: &E, b: &E| if is_max { *a > b.plus(slack) } else { *b > a.plus(slack) };
+        if !strategy.side[state] {
+            // The values move towards what the side gains.
+            return more(&x[state], &q).then_some((q, None));
+        }
+        let mut choices = self.of.game.choices.of(state as u32);
+        let taken = choices.find(|&choice| strategy.choices[choice])?;
+        let own = if taken == pick { q.clone() } else { self.back.mean(taken, x) };
+        // A choice that is merely as good never replaces another one.
+        if more(&q, &own) {
+            return Some((q, Some(pick)));
+        }
+        more(&own, &x[state]).then_some((own, None))
     }
 
     /// Returns a choice with which a maximiser of a finite value reaches an infinite one.
