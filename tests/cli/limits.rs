@@ -5,6 +5,7 @@ use std::process::{Child, ChildStderr, Command, Stdio};
 
 use serde_json::Value;
 
+use crate::amount::share;
 use crate::common::{LONG, LONG_PREFS, Scratch, run};
 
 /// A model that takes minutes in every phase, with its preferences, and a place for a dump.
@@ -394,12 +395,12 @@ fn without_a_memory_limit_of_its_own_a_run_keeps_to_that_of_the_address_space() 
 fn a_table_waits_until_the_system_has_the_stack_of_the_last_one_again() {
     let run = "info models/line.prism -c K=511 --engine symbolic";
     for kib in [3_000_000, 3_500_000] {
-        for _ in 0..4 {
+        for _ in 0..share(4) {
             let (status, err) = limited(&format!("-v {kib}"), run);
             assert_eq!(status, Some(0), "{kib} KiB: {err}");
         }
     }
-    for _ in 0..4 {
+    for _ in 0..share(4) {
         let (status, err) = limited("-v 2000000", run);
         let named = "the address space of this process is limited to 1953 MiB; use a";
         assert!(status == Some(0) || status == Some(4) && err.contains(named), "{status:?} {err}");

@@ -1,6 +1,9 @@
 //! The command line as users see it: standard output, standard error and exit statuses.
 
 mod aims;
+#[allow(dead_code, reason = "each program takes a part")]
+#[path = "../common/amount.rs"]
+mod amount;
 mod answers;
 mod at;
 mod boxes;

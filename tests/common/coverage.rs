@@ -9,11 +9,11 @@ use proptest::strategy::Strategy;
 use proptest::test_runner::{Config, TestRunner};
 
 /// Rare events may be missing in one round by chance, and are missing in all only if they do not occur.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 50;
 
 /// Runs `test` on `config.cases` random cases, and in further rounds until its counts are `enough`.
 ///
-/// Fails if a case fails, or if ten rounds are not enough.
+/// Fails if a case fails, or if all rounds are not enough.
 pub fn draw_until<S: Strategy, Seen: Debug + Default>(
     config: &Config,
     cases: &S,

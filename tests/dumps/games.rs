@@ -73,7 +73,7 @@ fn names(program: &Program) -> Vec<&str> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(crate::amount::random(100))]
 
     #[test]
     fn a_random_game_is_the_same_after_writing_and_reading(
@@ -129,7 +129,7 @@ fn certified(text: &str, read: &Program, safety: Safety) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(25))]
+    #![proptest_config(crate::amount::random(25))]
 
     #[test]
     fn dumps_of_games_that_were_written_and_read_are_accepted(
@@ -151,7 +151,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(crate::amount::random(300))]
 
     #[test]
     fn a_damaged_game_never_panics(

@@ -1,5 +1,8 @@
 //! Files from other sources: dumps with their proofs, and untrusted text.
 
+#[allow(dead_code, reason = "each program takes a part")]
+#[path = "../common/amount.rs"]
+mod amount;
 mod archives;
 mod conditions;
 mod corpus;

@@ -184,7 +184,7 @@ fn preferences(targets: &[BTreeSet<usize>; 2], whole_plays: bool, empty: &str) -
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(crate::amount::random(400))]
 
     /// An accepted dump has the regions of the true model.
     #[test]

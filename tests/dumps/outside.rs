@@ -46,7 +46,7 @@ fn undotted(string: &str) -> Option<String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(crate::amount::random(2000))]
 
     #[test]
     fn words_are_read_back(name in name()) {

@@ -23,6 +23,8 @@ use rand::rngs::ChaCha8Rng;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 
+use crate::amount::share;
+
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 const LEVELS: usize = 2;
 
@@ -380,7 +382,7 @@ fn verify_refuses_every_false_bound() {
     for &safety in Safety::ALL {
         for reward in ["steps", "fuel"] {
             let case = Case::of([TRAPS, WISHES], Scope::All, safety, reward);
-            for _ in 0..120 {
+            for _ in 0..share(120) {
                 let mut dump = case.dump.clone();
                 (0..random.random_range(1..=3)).for_each(|_| edited(&mut dump, &mut random));
                 match case.violated(&dump) {
@@ -394,5 +396,5 @@ fn verify_refuses_every_false_bound() {
         }
     }
     println!("{refused} edited dumps refused, {accepted} are true");
-    assert!(refused > 300 && accepted > 20);
+    assert!(refused > share(300) && accepted > share(20));
 }

@@ -75,7 +75,7 @@ fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(200))]
+    #![proptest_config(crate::amount::random(200))]
 
     #[test]
     fn every_way_to_remove_an_attractor_finds_the_same(

@@ -83,7 +83,7 @@ fn decided(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::amount::random(60))]
 
     #[test]
     fn whichever_way_ends_first_judges_the_initial_states_alike(of in numbers(160), goal in numbers(20)) {

@@ -189,7 +189,7 @@ fn check_several<E: Engine>(engine: &E, predicates: &[Predicate]) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::amount::random(60))]
 
     #[test]
     fn several_sets_contain_what_each_of_them_contains(

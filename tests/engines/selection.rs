@@ -39,7 +39,7 @@ fn listed<E: Engine>(engine: &E, target: &Predicate) -> (Regions<Vec<State>>, St
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(crate::amount::random(40))]
 
     #[test]
     fn turns_of_any_size_leave_the_answers_the_same(

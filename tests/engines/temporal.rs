@@ -160,7 +160,7 @@ fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
+    #![proptest_config(crate::amount::random(400))]
 
     #[test]
     fn regions_are_those_of_all_end_components(

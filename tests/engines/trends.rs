@@ -56,7 +56,7 @@ fn listed(brute: &Brute, x: &Set) -> Vec<State> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(150))]
+    #![proptest_config(crate::amount::random(150))]
 
     #[test]
     fn every_operation_is_that_of_the_reference_with_fewer_edges(

@@ -3,8 +3,8 @@
 use meliora::planning::{InducedModel, Scheduler};
 use proptest::prelude::*;
 
+use crate::Analysed;
 use crate::random_case::random_case;
-use crate::{Analysed, config};
 
 /// Checks that two engines report the same, with the same strategies from every state on.
 fn agree(one: &Analysed, other: &Analysed) {
@@ -27,7 +27,7 @@ fn agree(one: &Analysed, other: &Analysed) {
 }
 
 proptest! {
-    #![proptest_config(config(100))]
+    #![proptest_config(crate::amount::random(100))]
 
     #[test]
     fn both_engines_report_the_same_and_explain_the_same_in_every_state(case in random_case()) {

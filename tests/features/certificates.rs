@@ -19,7 +19,7 @@ use proptest::test_runner::Config;
 
 use crate::coverage::draw_until;
 use crate::random_case::{REWARDS, RandomCase, random_case};
-use crate::{config, settings};
+use crate::settings;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 
@@ -86,7 +86,7 @@ fn check(case: &RandomCase) -> bool {
 }
 
 proptest! {
-    #![proptest_config(config(100))]
+    #![proptest_config(crate::amount::random(100))]
 
     #[test]
     fn every_dump_is_accepted_with_its_values(case in random_case()) {
@@ -96,7 +96,7 @@ proptest! {
 
 #[test]
 fn a_limit_leaves_the_finished_parts_of_a_certificate() {
-    let config = Config { source_file: Some(file!()), ..config(100) };
+    let config = Config { source_file: Some(file!()), ..crate::amount::random(100) };
     let enough = |ended: &usize| *ended > 10;
     draw_until(&config, &(random_case(), 1..=8_usize), enough, |(case, part), ended| {
         *ended += usize::from(check_without(&case, part));

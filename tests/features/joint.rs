@@ -11,7 +11,7 @@ use proptest::test_runner::Config;
 
 use crate::coverage::draw_until;
 use crate::random_case::{RandomCase, random_case};
-use crate::{Analysed, config, settings};
+use crate::{Analysed, settings};
 
 /// The number of variables of the model, which come before those of monitors.
 fn width(case: &RandomCase) -> usize {
@@ -60,7 +60,7 @@ fn check(case: &RandomCase, settings: &Settings) -> usize {
 
 #[test]
 fn objectives_are_achieved_together_where_their_conjunction_is() {
-    let config = Config { source_file: Some(file!()), ..config(60) };
+    let config = Config { source_file: Some(file!()), ..crate::amount::random(60) };
     // Sets of several objectives that are achieved together.
     let enough = |seen: &usize| *seen > 20;
     draw_until(&config, &random_case(), enough, |case, seen| {

@@ -10,9 +10,9 @@ use meliora::planning::{FiniteMemoryStrategy, StrategyKind};
 use meliora::quantities::{Achiever, ValuedRule};
 use proptest::test_runner::Config;
 
+use crate::Analysed;
 use crate::coverage::draw_until;
 use crate::random_case::{RandomCase, random_case};
-use crate::{Analysed, config};
 
 type Numbers = BTreeMap<State, f64>;
 
@@ -78,7 +78,7 @@ fn picks(strategy: &mut FiniteMemoryStrategy, states: &[State]) -> BTreeMap<Stat
 
 #[test]
 fn an_objective_that_is_not_sure_is_achieved_with_the_greatest_probability() {
-    let config = Config { source_file: Some(file!()), ..config(200) };
+    let config = Config { source_file: Some(file!()), ..crate::amount::random(200) };
     let enough = |between: &usize| *between > 40;
     draw_until(&config, &random_case(), enough, |case: RandomCase, between| {
         let [symbolic, explicit, _] = Analysed::all(&case);

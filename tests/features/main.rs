@@ -1,6 +1,9 @@
 //! Features that meet: every test draws cases with all features of models and preferences together.
 
 mod agreement;
+#[allow(dead_code, reason = "each program takes a part")]
+#[path = "../common/amount.rs"]
+mod amount;
 mod certificates;
 #[path = "../common/coverage.rs"]
 mod coverage;
@@ -22,7 +25,6 @@ use meliora::engine::{AnyEngine, Engine, Order, Settings, Storage};
 use meliora::model::preference::Preferences;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Options, Safety, StrategyKind};
-use proptest::prelude::ProptestConfig;
 
 use random_case::RandomCase;
 
@@ -31,10 +33,6 @@ fn settings(case: &RandomCase) -> [Settings; 3] {
     let one = |storage| Settings { scope: case.scope, storage, memory: 16 << 20, ..Settings::default() };
     let declared = Settings { order: Order::Declared, ..one(Storage::Symbolic) };
     [one(Storage::Symbolic), one(Storage::Explicit), declared]
-}
-
-fn config(cases: u32) -> ProptestConfig {
-    ProptestConfig::with_cases(cases)
 }
 
 /// A finished analysis with its program.

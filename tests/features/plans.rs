@@ -6,10 +6,10 @@ use meliora::model::preference::Goal;
 use meliora::planning::{Analysis, InducedModel, Rank, Safety, Scheduler, StrategyKind, temporal};
 use proptest::test_runner::Config;
 
+use crate::Analysed;
 use crate::coverage::draw_until;
 use crate::graphs::{Set, bottom_components, chain, edges};
 use crate::random_case::{RandomCase, random_case};
-use crate::{Analysed, config};
 
 /// Counts of the checks, so that a test that checks nothing fails.
 #[derive(Debug, Default)]
@@ -106,7 +106,7 @@ fn check(case: &RandomCase, seen: &mut Seen) {
 
 #[test]
 fn a_sure_objective_is_achieved_by_its_strategy() {
-    let config = Config { source_file: Some(file!()), ..config(80) };
+    let config = Config { source_file: Some(file!()), ..crate::amount::random(80) };
     let enough = |seen: &Seen| seen.achieved > 500 && seen.kept > 500;
     draw_until(&config, &random_case(), enough, |case, seen| check(&case, seen));
 }

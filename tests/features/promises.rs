@@ -19,8 +19,8 @@ use meliora::progress::NoProgress;
 use meliora::quantities::{Aim, Chooser, Earned};
 use proptest::prelude::*;
 
+use crate::Analysed;
 use crate::random_case::{REWARDS, random_case};
-use crate::{Analysed, config};
 
 /// The largest number of steps of a run.
 const STEPS: u64 = 30;
@@ -140,7 +140,7 @@ fn induce(of: &Analysed, formulas: &[String]) -> usize {
 }
 
 proptest! {
-    #![proptest_config(config(30))]
+    #![proptest_config(crate::amount::random(30))]
 
     #[test]
     fn runs_take_permitted_steps_that_never_weaken_and_are_never_unsafe(case in random_case()) {

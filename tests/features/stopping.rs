@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 
 use crate::random_case::{RandomCase, random_case};
-use crate::{config, settings};
+use crate::settings;
 
 /// Formulas that a state decides.
 const FORMULAS: [&str; 12] = [
@@ -99,7 +99,7 @@ fn check(case: &RandomCase, question: &str) {
 }
 
 proptest! {
-    #![proptest_config(config(150))]
+    #![proptest_config(crate::amount::random(150))]
 
     #[test]
     fn paths_that_stop_where_a_formula_is_decided_have_the_same_answer(

@@ -8,10 +8,10 @@ use meliora::planning::joint::Joint;
 use meliora::planning::{FiniteMemoryStrategy, InducedModel, Scheduler, StrategyKind};
 use proptest::test_runner::Config;
 
+use crate::Analysed;
 use crate::coverage::draw_until;
 use crate::graphs::{Set, bottom_components, chain, edges};
 use crate::random_case::{RandomCase, random_case};
-use crate::{Analysed, config};
 
 /// Checks that the paths from a state almost surely visit each target, without the strategy's memory:
 /// no bottom component is left if the states of the target are taken out.
@@ -90,7 +90,7 @@ fn check(case: &RandomCase) -> [usize; 2] {
 
 #[test]
 fn what_is_sure_together_is_achieved_in_one_path() {
-    let config = Config { source_file: Some(file!()), ..config(100) };
+    let config = Config { source_file: Some(file!()), ..crate::amount::random(100) };
     let enough = |seen: &[usize; 2]| seen.iter().all(|&n| n > 100);
     draw_until(&config, &random_case(), enough, |case, seen| {
         for (total, found) in seen.iter_mut().zip(check(&case)) {

@@ -6,7 +6,7 @@ use meliora::quantities::{Aim, Bounds, Earned, ValueOptions, Values};
 use proptest::prelude::*;
 
 use crate::random_case::{REWARDS, RandomCase, random_case};
-use crate::{Analysed, config, settings};
+use crate::{Analysed, settings};
 
 /// The greatest number of improvements that is checked.
 const LEVELS: usize = 2;
@@ -70,7 +70,7 @@ fn check(case: &RandomCase) {
 }
 
 proptest! {
-    #![proptest_config(config(100))]
+    #![proptest_config(crate::amount::random(100))]
 
     #[test]
     fn levels_say_where_probabilities_are_positive_and_one(case in random_case()) {

@@ -1,6 +1,9 @@
 //! Turn-based games: against all strategies of both sides, against the model with one player, and one
 //! engine against the other.
 
+#[allow(dead_code, reason = "each program takes a part")]
+#[path = "../common/amount.rs"]
+mod amount;
 mod certificates;
 mod dumps;
 mod levels;

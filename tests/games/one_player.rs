@@ -94,7 +94,7 @@ fn explained(engine: AnyEngine, program: &Arc<Program>, safety: Safety) -> Vec<E
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(100))]
+    #![proptest_config(crate::amount::random(100))]
 
     #[test]
     fn strategies_of_one_player_are_those_of_an_mdp(
@@ -117,7 +117,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(crate::amount::random(1000))]
 
     #[test]
     fn one_player_is_an_mdp(

@@ -29,7 +29,7 @@ fn players<E: Engine>(engine: &E) -> Vec<Vec<State>> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(300))]
+    #![proptest_config(crate::amount::random(300))]
 
     #[test]
     fn both_engines_agree_on_random_games(

@@ -1,5 +1,8 @@
 //! The languages: accepted text, its meaning, and the error messages.
 
+#[allow(dead_code, reason = "each program takes a part")]
+#[path = "../common/amount.rs"]
+mod amount;
 mod arithmetic;
 #[path = "../common/brute.rs"]
 #[allow(dead_code, unreachable_pub, reason = "only the list of valuations is used")]

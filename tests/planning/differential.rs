@@ -285,7 +285,7 @@ fn both(world: &World) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::amount::random(60))]
 
     #[test]
     fn both_engines_find_what_is_defined_on_factored_programs(factored in factored()) {

@@ -2,6 +2,9 @@
 //! engines of the library.
 
 mod achieving;
+#[allow(dead_code, reason = "each program takes a part")]
+#[path = "../common/amount.rs"]
+mod amount;
 mod chains;
 mod choosing;
 mod commitments;

@@ -306,7 +306,7 @@ fn both(world: &World) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(crate::amount::random(60))]
 
     #[test]
     fn values_satisfy_their_equations_and_strategies_attain_them_on_graphs(graph in graph(9)) {

@@ -245,7 +245,7 @@ fn attained(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
+    #![proptest_config(crate::amount::random(40))]
 
     #[test]
     fn expected_numbers_are_attained(graph in graph(8)) {

@@ -105,7 +105,7 @@ fn known_regions_decide_what_all_of_them_do<E: Engine>(engine: &E, all: &Regions
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(600))]
+    #![proptest_config(crate::amount::random(600))]
 
     #[test]
     fn regions_are_those_of_all_memoryless_strategies(case in case(5)) {

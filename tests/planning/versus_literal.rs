@@ -97,7 +97,7 @@ fn check_cut(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, whole: &Analysi
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(800))]
+    #![proptest_config(crate::amount::random(800))]
 
     #[test]
     fn classes_levels_and_strategies_are_those_of_the_definitions(case in case(7)) {

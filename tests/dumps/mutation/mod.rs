@@ -19,6 +19,8 @@ use meliora::planning::Safety;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
+use crate::amount::share;
+
 pub(crate) use edits::toggled;
 use edits::{EDITS, HARMLESS, byte, field, proof, without};
 pub(crate) use shop::{Named, Shop, same_regions, sealed, text};
@@ -89,7 +91,7 @@ fn forge(shop: &mut Shop, dump: &Dump, table: &mut Table, random: &mut ChaCha8Rn
     let [regions, certificate] = [text(&dump.regions), text(dump.certificate.as_ref().unwrap())];
     put(directory, &dump.manifest.text().unwrap(), &regions, &certificate);
     assert!(shop.verify(directory).is_some_and(|d| shop.is_harmless(&d)), "an honest dump is refused");
-    for _ in 0..rounds {
+    for _ in 0..share(rounds) {
         for (kind, edit) in EDITS.iter().chain(steps::EDITS) {
             let mut forged = dump.clone();
             if edit(&mut forged, random) {

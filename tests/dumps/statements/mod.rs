@@ -16,6 +16,7 @@ use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
 use meliora::dump::{Dump, Manifest};
 use meliora::planning::Safety;
 
+use crate::amount::takes;
 use crate::mutation::{Named, Shop, sealed, text};
 
 /// A dump in a directory, with the model that it was made from.
@@ -131,6 +132,8 @@ struct Tally {
 struct Counts {
     by_kind: BTreeMap<String, Tally>,
     documented: Vec<String>,
+    /// The number of statements, tested or not.
+    seen: usize,
 }
 
 impl Counts {
@@ -144,7 +147,8 @@ impl Counts {
         // The last column names a file of the checker.
         let is_proved =
             |row: &&str| row.contains("| `certify/") || row.contains("| nothing") || row.contains("| `dump/");
-        Counts { by_kind: BTreeMap::new(), documented: rows.filter(is_proved).flat_map(names).collect() }
+        let documented = rows.filter(is_proved).flat_map(names).collect();
+        Counts { by_kind: BTreeMap::new(), documented, seen: 0 }
     }
 
     /// Returns true if the page names a kind, or a part of the manifest that contains it.
@@ -153,6 +157,19 @@ impl Counts {
             let rest = kind.strip_prefix(name.as_str());
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
         })
+    }
+
+    /// Returns whether the next statement, of a kind that the page names, is tested.
+    #[track_caller]
+    fn takes(&mut self, kind: &str) -> bool {
+        assert!(kind.is_empty() || self.names(kind), "docs/dumps.md does not name `{kind}`");
+        self.takes_more()
+    }
+
+    /// Returns whether the next statement, of any kind, is tested.
+    fn takes_more(&mut self) -> bool {
+        self.seen += 1;
+        takes(self.seen)
     }
 
     /// Records the edits of a statement: whether each was refused.
