@@ -34,7 +34,7 @@ pub mod names {
 /// Policies of planners, read from files and checked.
 #[cfg(feature = "output")]
 pub mod policies {
-    pub use meliora_planning::rules::{PolicyFault, Rules, Visited};
+    pub use meliora_certify::policy::rules::{PolicyFault, Rules, Visited};
     pub use meliora_report::policy_file::read;
 }
 

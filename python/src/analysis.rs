@@ -429,7 +429,7 @@ impl Analysis {
     /// Returns an HTML page with interactive maps that loads nothing from elsewhere.
     ///
     /// Args:
-    ///     grid: The integer variables that span the maps: (row, column), or (column,). None for
+    ///     grid: The variables that span the maps: (row, column), or (column,). None for
     ///         those with names that suggest rows and columns. Maps need the symbolic engine.
     ///     timeout, progress: As in `Model.explore`.
     #[pyo3(signature = (grid=None, *, timeout=None, progress=None))]

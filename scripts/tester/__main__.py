@@ -37,7 +37,7 @@ from tester.program import Program, Refused  # noqa: E402
 
 # The commands that checks ask, besides `check` and `reach`. Not all honour the players of a game.
 NEEDED = {
-    **dict.fromkeys(("strategy", "ranks", "cut", "pursue", "tables", "together", "followed", "places"), "strategy"),
+    **dict.fromkeys(("strategy", "ranks", "cut", "pursue", "tables", "together", "followed", "places", "memory"), "strategy"),
     **dict.fromkeys(("simulate", "chosen"), "simulate"),
     **dict.fromkeys(("dump", "limited", "exchange", "induced"), "export"),
     **dict.fromkeys(("values", "choose"), "values"),

@@ -1,5 +1,6 @@
 """Report pages: the diagram that their script reads, in every state; the cells of their maps; and the run."""
 
+import functools
 import itertools
 import json
 import math
@@ -120,8 +121,24 @@ class Page:
         context.same(f"class of a page at {state}", [shown], got)
         for number, edge in enumerate(data["targets"]):
             if context.secured(number) is not None:
-                inside = one in context.analysis.targets[number]
+                inside = self.happens(context.analysis.targets[number], state)
                 context.same(f"target {number} of a page at {state}", inside, self.holds(edge, state))
+
+    def happens(self, target, state):
+        """Whether a state has the mark of an objective: it is in its target; for a temporal one, some step from outside
+        enters it there, or it is an initial state."""
+        analysis = self.context.analysis
+        own = [s for s in self.context.relation.of[self.of[state]] if s in target]
+        if not analysis.play or not own:
+            return bool(own)
+        return not self.entered(frozenset(target)).isdisjoint(own)
+
+    @functools.lru_cache(maxsize=64)
+    def entered(self, target):
+        """The states of a target that are initial, or that some step from outside enters."""
+        mdp = self.context.analysis.mdp
+        outside = (choice.successors for s in mdp.states if s not in target for choice in mdp.choices[s])
+        return target & set().union(mdp.initial, *outside)
 
     def levels(self, state):
         for kind in ("sasi", "spi"):
@@ -194,22 +211,42 @@ class Page:
             if name in ("sasi", "spi", "classes"):
                 self.cells(name, figure.partition("</figure>")[0])
 
+    def matching(self, view):
+        """The states with the values of a view."""
+        return [s for s in self.of if all(wanted in (None, value) for wanted, value in zip(view, s))]
+
+    def view(self, others, place):
+        """A view with the values of a cell."""
+        view = list(others)
+        for variable, value in zip((self.data["row"], self.data["column"]), place):
+            if variable is not None:
+                view[variable] = value
+        return view
+
+    def opening(self):
+        """The view that a page opens with: the values of the start. If they leave most cells without a state, the first
+        variable is open that changes this, or all are."""
+        start, inside = self.data["at"], [self.data["row"], self.data["column"]]
+        places = {tuple(0 if v is None else state[v] for v in inside) for state in self.of}
+        views = [start] + [[None if v == at else x for v, x in enumerate(start)] for at in range(len(start))]
+        for view in views:
+            if 2 * sum(not self.matching(self.view(view, place)) for place in places) <= len(places):
+                return view
+        return [None] * len(start)
+
     def cells(self, name, text):
-        """The cells of a map show the states with the values of the opening view."""
-        context, data, opening = self.context, self.data, self.data["opening"]
+        """The cells of a map show the best of the states with the values of the opening view."""
+        context, data = self.context, self.data
         found = CELL.findall(text)
+        context.same(f"opening of {name}", self.opening(), data["opening"])
         context.same(f"cells of {name}", len(data["rows"]) * len(data["columns"]), len(found))
         for kind, row, column, value in found:
-            state = list(opening)
-            if data["row"] is not None:
-                state[data["row"]] = int(row)
-            state[data["column"]] = int(column)
-            inside = (data["row"], data["column"])
-            others = [s for s in self.of if all(s[v] == state[v] for v in inside if v is not None)]
-            here = [tuple(state)] if tuple(state) in self.of else others
-            theirs = bool(here) and all(self.one(s) in context.analysis.whole.theirs for s in here if self.owned(s))
-            theirs = theirs and any(map(self.owned, here))
-            expected = self.shown(name, tuple(state)), tuple(state) not in self.of and bool(others), theirs
+            place = int(row), int(column)
+            here = self.matching(self.view(data["opening"], place))
+            others = here or self.matching(self.view([None] * len(self.variables), place))
+            owned = [s for s in others if self.owned(s)]
+            theirs = bool(owned) and all(self.one(s) in context.analysis.whole.theirs for s in owned)
+            expected = self.shown(name, here), bool(others) and not here, theirs
             got = value, "elsewhere" in kind.split(), "theirs" in kind.split()
             context.same(f"cell {row},{column} of {name}", expected, got)
         self.marks(name, text)
@@ -243,8 +280,8 @@ class Page:
         here = list(self.data["opening"])
         for variable, value in zip(inside, place):
             here[variable] = value
-        exact = tuple(here) in self.of
-        if exact and self.holds(mark["edge"], tuple(here)):
+        exact = self.matching(here)
+        if any(self.holds(mark["edge"], state) for state in exact):
             return "own"
         if mark["wide"] or not any(self.holds(mark["edge"], state) for state in states):
             return None
@@ -253,16 +290,17 @@ class Page:
     def owned(self, state):
         return bool(self.context.is_game) and self.context.analysis.whole.owners[self.one(state)] is not None
 
-    def shown(self, name, state):
-        """The text of a cell with one state; the others have none."""
-        if state not in self.of:
-            return ""
-        if not self.is_safe(state):
-            return "×"
+    def shown(self, name, states):
+        """The text of a cell: the best of its states, or a square for each of their classes; × if all are unsafe."""
+        safe = list(filter(self.is_safe, states))
+        if not safe:
+            return "×" if states else ""
         if name == "classes":
-            return next((c["mark"] for c in self.data["classes"] if self.holds(c["edge"], state)), None)
-        rank = self.context.analysis.levels(name).rank(self.one(state))
-        return "∞" if rank == "unbounded" else str(rank)
+            marks = [c["mark"] for c in self.data["classes"] if any(self.holds(c["edge"], state) for state in safe)]
+            several = "■" * len(marks) if len(marks) <= 4 else "■■■+"
+            return marks[0] if len(marks) == 1 else several
+        ranks = [self.context.analysis.levels(name).rank(self.one(state)) for state in safe]
+        return "∞" if "unbounded" in ranks else str(max(ranks))
 
     def run(self, kind, variant, opponent):
         """The run is a path of the model from the opening state; one that improves follows its strategy."""

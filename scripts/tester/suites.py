@@ -7,6 +7,7 @@ from tester import (
     games,
     induced,
     lists,
+    memory,
     names,
     nested,
     package,
@@ -31,6 +32,6 @@ from tester import (
 
 GROUPS = (
     *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
-    *(stopping, sweeps, places, lists, nested, several, exchange, names, wild, pages, refusals, package, tasks, policies),
+    *(stopping, sweeps, places, lists, nested, several, exchange, names, wild, pages, refusals, package, tasks, policies, memory),
 )
 ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}

@@ -3,6 +3,7 @@
 //!
 //! - [`verify`]: checks a dump against a model and its preferences.
 //! - [`Verdict`]: the sets that were checked, and the [`Violation`] if there is one.
+//! - [`policy`]: checks of policies, state by state, without an engine.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -80,6 +81,7 @@ mod evaluation;
 mod levels;
 mod manifest_check;
 mod outcomes;
+pub mod policy;
 mod safe;
 mod safety;
 mod sample;

@@ -67,17 +67,28 @@ impl ChooseArgs {
         }
     }
 
-    /// Returns the objective of a policy, if one is named.
+    /// Returns the objective that is named.
+    pub(super) fn objective(&self) -> Option<&str> {
+        self.objective.as_deref()
+    }
+
+    /// Returns whether a list of rules may be the policy that is meant: no kind is given but `achieve`.
+    pub(super) fn may_be_rules(&self) -> bool {
+        self.kind.is_none_or(|kind| kind == StrategyKind::Achieve)
+    }
+
+    /// Returns the kind of a policy with memory: `achieve` if an objective is named.
     ///
     /// # Errors
-    /// [`Error::Usage`]: the options do not ask for achieving one objective.
-    pub(super) fn objective(&self) -> Result<Option<String>> {
-        let is_other = self.kind.is_some_and(|kind| kind != StrategyKind::Achieve);
-        if is_other || self.choose != Choose::First {
-            let message = "`--policy` writes a policy that achieves one objective: `--kind` is `achieve`, without `--choose`";
+    /// [`Error::Usage`]: the policy would choose by value.
+    pub(super) fn kind_of_policy(&self) -> Result<StrategyKind> {
+        if self.choose != Choose::First {
+            let message = "`--policy` with `--choose` is not supported: a policy promises what is sure or possible, and no \
+                           probability and no cost; `--csv` writes such a strategy as a table";
             return Err(Error::Usage(message.to_owned()));
         }
-        Ok(self.objective.clone())
+        let is_named = self.objective.is_some();
+        Ok(self.kind.unwrap_or(if is_named { StrategyKind::Achieve } else { StrategyKind::Sasi }))
     }
 
     /// Refuses options that do not fit together.

@@ -18,6 +18,8 @@ mod load;
 mod mix_file;
 mod model_files;
 mod named;
+mod node_file;
+mod node_policy;
 mod objective_policy;
 mod options;
 mod phases;

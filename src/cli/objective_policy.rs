@@ -1,9 +1,12 @@
 //! `meliora strategy --policy`: a policy for one objective.
 
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 
 use meliora::reach::Asking;
+use meliora::supervise::lock;
 use meliora_base::error::Error;
+use meliora_model::preference::Objective;
 use meliora_quantities::answer::PRECISION;
 use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
@@ -24,6 +27,9 @@ pub(super) struct OfObjective {
     pub(super) preferences: PreferenceArgs,
     pub(super) objective: Option<String>,
     pub(super) engine: EngineArgs,
+    /// Receives the input if no list of rules achieves the objective: a policy needs memory, or is about a game, or
+    /// none is named.
+    pub(super) left: Arc<Mutex<Option<Question>>>,
 }
 
 /// Writes a policy that achieves an objective.
@@ -59,17 +65,21 @@ impl OfObjective {
             let target = self.objective.as_ref().map(|_| label.as_str());
             load::asked(&self.model, target, &[], &[], false, sink)?
         } else {
-            let Question { program, preferences, overlap, .. } =
-                load::question(&self.model, &self.preferences, sink)?;
+            let question = load::question(&self.model, &self.preferences, sink)?;
+            let preferences = &question.preferences;
             let objective = preferences.objectives.iter().find(|objective| objective.name == name);
-            let wrong = |message: String| Error::Usage(message);
-            let objective = objective
-                .ok_or_else(|| wrong(format!("unknown objective `{name}`: `--objective NAME` names one")))?;
-            let Some(target) = objective.target().filter(|_| preferences.requirements.is_empty()) else {
-                let message = "`--policy` is for objectives `F condition` without requirements; `--all --csv FILE` writes the strategies of others";
-                return Err(wrong(message.to_owned()));
+            if objective.is_none() && self.objective.is_some() {
+                return Err(Error::Usage(format!(
+                    "unknown objective `{name}`: `--objective NAME` names one"
+                )));
+            }
+            let is_simple = preferences.requirements.is_empty() && question.program.players.is_none();
+            let Some(target) = objective.and_then(Objective::target).filter(|_| is_simple).cloned() else {
+                *lock(&self.left) = Some(question);
+                return Err(Error::Usage(format!("no list of rules achieves `{name}`")));
             };
-            let asking = Asking::states(&program, target.clone(), &[])?;
+            let Question { program, overlap, .. } = question;
+            let asking = Asking::states(&program, target, &[])?;
             let questions = vec![Stated { position: 0, text: name.to_owned(), asking }];
             Asked { program, questions, terms: Vec::new(), required: Vec::new(), is_list: false, overlap }
         };

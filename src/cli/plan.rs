@@ -30,20 +30,29 @@ pub(super) struct Arguments<'a> {
 /// The input is wrong.
 pub(super) fn read<F: Findings, T>(
     job: &Job<Envelope<F>>,
-    Arguments { model, preferences, engine }: Arguments<'_>,
+    given: Arguments<'_>,
     more: impl FnOnce(&mut Question) -> Result<T, Error>,
 ) -> Result<(Question, T), Error> {
     let read = || {
-        let mut question = load::question(model, preferences, &job.sink)?;
+        let mut question = load::question(given.model, given.preferences, &job.sink)?;
         let more = more(&mut question)?;
         Ok((question, more))
     };
     let (question, more) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    note(job, given, &question);
+    Ok((question, more))
+}
+
+/// Adds the input to the report.
+pub(super) fn note<F: Findings>(
+    job: &Job<Envelope<F>>,
+    Arguments { model, engine, .. }: Arguments<'_>,
+    question: &Question,
+) {
     job.update(|r| {
         r.header.read_both(&question.program, &question.preferences);
         r.header.select(&engine.select(model));
     });
-    Ok((question, more))
 }
 
 /// Answers a question by the engine that the arguments select; see [`engines::raced`].

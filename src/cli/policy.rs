@@ -6,11 +6,11 @@ use clap::Args;
 use meliora::reach::{Asking, Target as Goal};
 use meliora_base::error::Error;
 use meliora_base::progress::ProgressSink;
+use meliora_certify::policy::rules::{Rules, Taken};
 use meliora_engine::{Engine, Guided};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_planning::policy::{Policy, strong_region};
-use meliora_planning::rules::Rules;
+use meliora_planning::policy::{Policy, PolicyEntry, strong_region};
 use meliora_report::{Number, ReachReport, policy};
 
 use super::files::Target;
@@ -161,7 +161,11 @@ fn checked(
     goal: &Predicate,
     sink: &dyn ProgressSink,
 ) -> Result<Policy, Error> {
-    match Rules::from(&found).check(program, goal, &found.initial, false, sink)? {
+    let mut rules = Rules::default();
+    for PolicyEntry { state, action, position, .. } in &found.entries {
+        rules.add_state(state, Taken { action: action.clone(), position: *position });
+    }
+    match rules.check(program, goal, &found.initial, false, sink)? {
         Ok(_) => Ok(found),
         Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, program.show_state(&fault.state)))),
     }

@@ -8,20 +8,21 @@ use clap::{Arg, Args};
 use meliora::reach::{Asking, Target as Goal};
 use meliora_base::error::{Error, SourceFile};
 use meliora_base::random::Draw;
+use meliora_certify::policy::rules::Rules;
 use meliora_engine::explicit::initial_states;
 use meliora_lang::{Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, State};
-use meliora_planning::rules::Rules;
 use meliora_report::policy_report::PolicyRuns;
-use meliora_report::{Header, PolicyReport, mix, policy_file};
+use meliora_report::{Header, PolicyReport, mix, node_file, policy_file};
 
 use super::asked::NO_GOAL;
 use super::exit::Status;
 use super::load;
 use super::mix_file::MixFile;
 use super::model_files::ModelFiles;
-use super::options::{Limits, PreferenceArgs, ShownArgs};
+use super::node_file::NodeFile;
+use super::options::{Limits, ShownArgs};
 use super::policy::MOST_STATES;
 use super::supervise::{Job, supervise};
 
@@ -51,21 +52,12 @@ pub(super) fn optional_with_policy(preferences: Arg) -> Arg {
     preferences.value_parser(any).default_value("").hide_default_value(true)
 }
 
-/// Refuses preferences that would have no meaning.
-///
-/// # Errors
-/// Preferences are given.
-pub(super) fn without_preferences(args: &PreferenceArgs) -> Result<(), Error> {
-    if args.preferences.as_os_str().is_empty() {
-        return Ok(());
-    }
-    let message = "a policy has no preferences: leave out PREFS, or `--policy`";
-    Err(Error::Usage(message.to_owned()))
-}
-
 /// A policy that is checked or run, with its problem.
 pub(super) struct PolicyFile {
     pub(super) policy: PathBuf,
+    /// The preferences that a policy with memory is about.
+    pub(super) preferences: Option<PathBuf>,
+    pub(super) coalition: Option<String>,
     pub(super) model: ModelFiles,
     pub(super) constants: String,
     pub(super) bounds: String,
@@ -89,6 +81,10 @@ impl PolicyFile {
     pub(super) fn check(self, is_strong: bool, shown: &ShownArgs) -> Result<Status, Error> {
         supervise(self.report(true), self.limits, shown, move |job| {
             let source = load::read(&self.policy)?;
+            if node_file::is_nodes(&source) {
+                return self.with_memory(job, &source, is_strong, None);
+            }
+            self.without_preferences()?;
             if mix::is_mix(&source) {
                 return self.mixed(job, &source, is_strong, None);
             }
@@ -111,6 +107,10 @@ impl PolicyFile {
         report.runs = Some(runs.clone());
         supervise(report, self.limits, shown, move |job| {
             let source = load::read(&self.policy)?;
+            if node_file::is_nodes(&source) {
+                return self.with_memory(job, &source, false, Some(&runs));
+            }
+            self.without_preferences()?;
             if mix::is_mix(&source) {
                 return self.mixed(job, &source, false, Some(&runs));
             }
@@ -137,6 +137,50 @@ impl PolicyFile {
         PolicyReport::of_file(header, &self.policy.display().to_string(), is_check)
     }
 
+    /// Refuses preferences that would have no meaning.
+    fn without_preferences(&self) -> Result<(), Error> {
+        match self.preferences {
+            None => Ok(()),
+            Some(_) => {
+                let message = "this policy has a goal of its own, and no preferences: leave out PREFS";
+                Err(Error::Usage(message.to_owned()))
+            }
+        }
+    }
+
+    /// Checks or runs a policy with memory.
+    fn with_memory(
+        &self,
+        job: &Job<PolicyReport>,
+        source: &Arc<SourceFile>,
+        is_strong: bool,
+        runs: Option<&PolicyRuns>,
+    ) -> Result<(), Error> {
+        let wrong = |message: &str| Err(Error::Usage(message.to_owned()));
+        if is_strong || self.target.is_some() {
+            return wrong("this policy is about preferences: leave out `--target` and `--strong`");
+        }
+        let Some(preferences) = &self.preferences else {
+            return wrong("this policy is about preferences: name the preference file after the model");
+        };
+        let read = || {
+            let coalition = self.coalition.as_deref();
+            let question = load::certified(&self.model, coalition, preferences, &self.given(), &job.sink)?;
+            job.update(|r| r.header.read(&question.program));
+            let initial = initial_states(&question.program, MOST_STATES, job.sink.as_ref())?;
+            NodeFile::new(source, question, initial)
+        };
+        let read = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+        job.timed("answer", || read.work(job, runs), |r, s| r.time.add("answer", s))
+    }
+
+    fn given(&self) -> Given {
+        Given {
+            constants: SourceFile::new("--const", self.constants.as_str()),
+            bounds: SourceFile::new("--bounds", self.bounds.as_str()),
+        }
+    }
+
     /// Checks or runs the strategies of a property `multi(…)`.
     fn mixed(
         &self,
@@ -157,10 +201,7 @@ impl PolicyFile {
 
     /// Reads the model.
     fn program(&self, job: &Job<PolicyReport>, for_goals: bool) -> Result<Program, Error> {
-        let given = Given {
-            constants: SourceFile::new("--const", self.constants.as_str()),
-            bounds: SourceFile::new("--bounds", self.bounds.as_str()),
-        };
+        let given = self.given();
         let document = load::document(&self.model)?;
         let document = if for_goals { document.for_goals() } else { document };
         let Checked { program, warnings, .. } = document.load(&given, job.sink.as_ref())?;

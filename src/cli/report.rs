@@ -42,7 +42,7 @@ const RUNS: u64 = 100;
 /// Write an interactive page: verdict, maps, preference order, levels, and a run step by step
 ///
 /// The page is one file that loads nothing else. Its maps show SASI rank, SPI rank and class over
-/// two integer variables; sliders set the other variables. Without --out the page goes to stdout, and on a
+/// two variables; sliders set the other variables. Without --out the page goes to stdout, and on a
 /// terminal to a new file with the name of the model.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "Examples:
@@ -66,7 +66,7 @@ pub(super) struct ReportArgs {
     #[arg(long, value_parser = by_name::<Picture>())]
     picture: Option<Picture>,
 
-    /// Integer variables of the maps [default: variables with names such as r and c, row and col, y
+    /// Variables of the maps [default: variables with names such as r and c, row and col, y
     /// and x, else the first two]
     #[arg(long, value_name = "ROW,COLUMN")]
     grid: Option<String>,
@@ -277,8 +277,7 @@ impl PageWriter<'_> {
                 let without = if projections.is_some() { Picture::Sasi } else { Picture::Hasse };
                 let picture = self.args.picture.unwrap_or(without);
                 content.svg(picture).ok_or_else(|| {
-                    let message = "no map can be drawn: the model needs one or two integer variables of suitable \
-                                   range; `--grid ROW,COLUMN` selects them";
+                    let message = "no map can be drawn: the model needs one or two variables of suitable range; `--grid ROW,COLUMN` selects them";
                     Error::Usage(message.to_owned())
                 })
             }

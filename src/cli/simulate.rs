@@ -25,7 +25,7 @@ use super::files::{Pieces, Target};
 use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
-use super::policy_file::{PolicyFile, optional_with_policy, without_preferences};
+use super::policy_file::{PolicyFile, optional_with_policy};
 use super::supervise::{Job, supervise};
 use super::terminal;
 
@@ -46,9 +46,9 @@ pub(super) struct SimulateArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// Run this policy until it reaches the goal, from the initial state: a file that `reach --policy` or a
-    /// planner for FOND problems has written; PREFS is left out. Of `multi(…)`: a strategy is drawn
-    /// for each run
+    /// Run this policy from the initial states: a file that `strategy --policy` has written for PREFS; or one that
+    /// `reach --policy` or a planner for FOND problems has written, until it reaches the goal: PREFS is left out.
+    /// For `multi(…)`, a strategy is drawn for each run
     #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "csv", "statistics", "opponent"])]
     policy: Option<PathBuf>,
 
@@ -110,9 +110,11 @@ const MOST_STEPS: u64 = 1_000_000;
 impl SimulateArgs {
     /// Runs a policy.
     fn follow(&self, policy: &Path) -> Result<Status, Error> {
-        without_preferences(&self.preferences)?;
+        let preferences = &self.preferences.preferences;
         let following = PolicyFile {
             policy: policy.to_owned(),
+            preferences: (!preferences.as_os_str().is_empty()).then(|| preferences.clone()),
+            coalition: self.model.coalition.clone(),
             model: self.model.model.clone(),
             constants: self.model.constants(),
             bounds: self.model.bounds(),

@@ -1,9 +1,10 @@
 //! `meliora strategy`: the actions that a strategy permits, with reasons.
 
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use clap::Args;
+use meliora::supervise::lock;
 use meliora_base::error::{Error, Limit};
 use meliora_engine::{Algebra, Count, Engine};
 use meliora_model::{Program, State};
@@ -19,14 +20,17 @@ use meliora_report::state::{Place, StateReport};
 use meliora_report::{Number, StrategyReport, Style, Written, strategy_table};
 
 use super::at;
+use super::by_name::by_name;
 use super::check;
 use super::choose::{ChooseArgs, Prepared};
 use super::exit::Status;
 use super::files::{Pieces, Target};
 use super::load::Question;
+use super::node_policy::NodePolicyWriter;
 use super::objective_policy::{OfObjective, policy_of};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
+use super::policy::MOST_STATES;
 use super::policy_file::optional_with_policy;
 use super::supervise::{Job, supervise};
 use super::terminal;
@@ -50,10 +54,15 @@ pub(super) struct StrategyArgs {
     #[command(flatten)]
     preferences: PreferenceArgs,
 
-    /// Write a policy that achieves the objective `goal`, or that of --objective, from the initial states almost
-    /// surely, in the format of `reach --policy`; without PREFS, the objectives are those of the planning problem
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "rank", "all", "csv", "dot"])]
+    /// Write the strategy of the initial states, or of all with --all, as a policy that `verify` checks and `simulate`
+    /// runs. If it achieves one target (--objective NAME, or `goal`): a list of rules, in the format of `reach
+    /// --policy`; without PREFS, the objectives are those of the planning problem. Else: nodes with memory, as JSON
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["at", "rank", "csv", "dot"])]
     policy: Option<PathBuf>,
+
+    /// Permitted actions that a policy takes [default: progress]
+    #[arg(long, value_parser = by_name::<Scheduler>(), requires = "policy")]
+    scheduler: Option<Scheduler>,
 
     #[command(flatten)]
     choose: ChooseArgs,
@@ -118,12 +127,7 @@ fn rank(text: &str) -> Result<Asked, String> {
 /// The input is wrong, or a limit is hit.
 pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     if let Some(policy) = args.policy.clone() {
-        let StrategyArgs { model, preferences, choose, engine, shown, .. } = args;
-        return policy_of(
-            OfObjective { model, preferences, objective: choose.objective()?, engine },
-            policy,
-            &shown,
-        );
+        return write_policy(args, policy);
     }
     args.engine.validate(&args.model)?;
     args.choose.validate()?;
@@ -134,6 +138,32 @@ pub(super) fn run(args: StrategyArgs) -> Result<Status, Error> {
     let csv = Target::maybe(args.csv.as_deref(), &inputs)?;
     let (limits, shown) = (args.model.limits(), args.shown.with_csv(csv.as_ref())?);
     supervise(report, limits, &shown, move |job| work(job, &args, kind, csv.as_ref()))
+}
+
+/// Writes a list of rules if one achieves the objective, else a policy with memory.
+fn write_policy(args: StrategyArgs, policy: PathBuf) -> Result<Status, Error> {
+    let left = Arc::new(Mutex::new(None));
+    let is_plain = !args.all && args.scheduler.is_none() && args.choose.may_be_rules();
+    let limit = args.limit.map_or(MOST_STATES, |limit| limit as usize);
+    let StrategyArgs { model, preferences, choose, engine, shown, .. } = args;
+    let kind = choose.kind_of_policy()?;
+    if is_plain {
+        let achieving = OfObjective {
+            model: model.clone(),
+            preferences: preferences.clone(),
+            objective: choose.objective().map(str::to_owned),
+            engine,
+            left: Arc::clone(&left),
+        };
+        match policy_of(achieving, policy.clone(), &shown) {
+            Err(_) if lock(&left).is_some() => {}
+            end => return end,
+        }
+    }
+    let question = lock(&left).take();
+    let scheduler = args.scheduler.unwrap_or(Scheduler::Progress);
+    NodePolicyWriter { model, preferences, choose, engine, kind, scheduler, all: args.all, limit, policy }
+        .write(question, &shown)
 }
 
 fn work(

@@ -24,7 +24,8 @@ use super::supervise::{Job, supervise};
 ///
 /// A policy is a file that `reach --policy` or a planner for FOND problems has written. Each state that it
 /// visits needs an enabled action, and the goal must stay reachable. The strategies of a property `multi(…)`
-/// must have the values that they claim.
+/// must have the values that they claim. A policy of `strategy --policy` must keep its promise: the
+/// improvements, the objectives that it achieves, and that no step weakens its reference.
 ///
 /// Uses the constants, scope, safety and variable order of the dump, and says so; in a game, every choice of the
 /// opponent is checked. If a condition is violated,
@@ -34,7 +35,8 @@ use super::supervise::{Job, supervise};
 #[command(after_help = "Examples:
   meliora verify toy.dump models/toy.prism models/toy.pref
   meliora verify toy.dump models/toy.prism models/toy.pref --json
-  meliora verify policy.txt models/responders.pddl")]
+  meliora verify policy.txt models/responders.pddl
+  meliora verify policy.json models/robot5x5.prism models/robot5x5.pref")]
 pub(super) struct VerifyArgs {
     /// Directory of the dump, or file of a policy
     #[arg(value_name = "DIR")]
@@ -43,7 +45,7 @@ pub(super) struct VerifyArgs {
     #[command(flatten)]
     model: ModelFiles,
 
-    /// Preference file that the dump was made from; none for a policy
+    /// Preference file that the dump or the policy was made from; none for a policy of `reach`
     #[arg(value_name = "PREFS")]
     preferences: Option<PathBuf>,
 
@@ -74,9 +76,12 @@ pub(super) struct VerifyArgs {
 /// # Errors
 /// The dump or the input is wrong, or a limit is hit.
 pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
-    let Some(preferences) = args.preferences.clone() else {
+    let is_policy = args.preferences.is_none() || args.directory.is_file();
+    let Some(preferences) = args.preferences.clone().filter(|_| !is_policy) else {
         let checked = policy_file::PolicyFile {
             policy: args.directory,
+            preferences: args.preferences,
+            coalition: args.coalition,
             model: args.model,
             constants: args.policy.constants.join(","),
             bounds: args.bounds.join(","),
@@ -86,8 +91,8 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
         return checked.check(args.strong, &args.shown);
     };
     if args.strong || args.policy.is_given() {
-        let message = "`--strong`, `--target` and `--const` are for policies, which have no PREFS; a dump is verified \
-                       with the constants of the dump";
+        let message = "`--strong`, `--target` and `--const` are for policies; a dump is verified with the constants of \
+                       the dump";
         return Err(Error::Usage(message.to_owned()));
     }
     let report = VerifyReport::of_directory(&args.directory.display().to_string());

@@ -4,6 +4,7 @@ use ahash::{AHashMap, AHashSet};
 
 use super::expr::ExprId;
 use super::{Program, VarId, Variable};
+use meliora_base::value::Type;
 
 /// The name of the goal, as a label and as an objective.
 pub const GOAL: &str = "goal";
@@ -94,6 +95,12 @@ impl Program {
         a == b || self.planning.is_some() && plain(a) == plain(b)
     }
 
+    /// Formats a value of a variable as people read it: the fact of a planning problem that it stands for,
+    /// `at(robot,kitchen)` or `not clean(hall)`, and else `x=1`.
+    pub fn reading(&self, variable: &Variable, value: i64) -> String {
+        variable.reading(&self.facts_of(variable), value)
+    }
+
     /// Returns the names of the facts that the values of a variable stand for, from `low` to `high`, empty texts
     /// for values without a fact; no texts if there are no facts.
     pub fn facts_of(&self, variable: &Variable) -> Vec<String> {
@@ -110,5 +117,20 @@ impl Program {
             }
         }
         names
+    }
+}
+
+impl Variable {
+    /// Formats a value as [`Program::reading`] does, given the facts that its values stand for.
+    pub fn reading(&self, facts: &[String], value: i64) -> String {
+        let fact = |value: i64| {
+            let at = usize::try_from(value.checked_sub(self.low)?).ok()?;
+            facts.get(at).filter(|name| !name.is_empty())
+        };
+        match (fact(value), fact(1)) {
+            (Some(name), _) => name.clone(),
+            (None, Some(name)) if self.ty == Type::Bool => format!("not {name}"),
+            _ => self.equation(value),
+        }
     }
 }

@@ -50,7 +50,7 @@ pub use analysis::{
     winning_regions,
 };
 pub use simulation::{estimate, induced_model, simulate, tally};
-pub use strategies::{explain, finite_memory, lasso, policy, rules, strategy};
+pub use strategies::{explain, finite_memory, lasso, policy, strategy};
 
 pub use analysis::{Analysis, Event, Options, Phase, Safety};
 pub use classes::{Class, Classes};

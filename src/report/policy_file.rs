@@ -11,9 +11,9 @@ use serde::Deserialize;
 
 use meliora_base::error::{Diagnostic, Result, SourceFile};
 use meliora_base::value::Type;
+use meliora_certify::policy::rules::{Literal, Rules, Taken};
 use meliora_model::planning::{Named, plain};
 use meliora_model::{Program, VarId};
-use meliora_planning::rules::{Literal, Rules, Taken};
 
 use super::policy_names::{Condition, Rest};
 

@@ -8,12 +8,13 @@ use serde::Serialize;
 use super::envelope::{Envelope, Findings, Phase};
 use super::header::Header;
 use super::number::grouped;
+use super::promised::{Done, Promised};
 use super::verify::Violated;
 use super::{Number, Style};
 use meliora_base::escape;
+use meliora_certify::policy::rules::{PolicyFault, PolicyRun, Visited};
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
-use meliora_planning::rules::{PolicyFault, PolicyRun, Visited};
 use meliora_quantities::state_values::Bound;
 
 /// Maximum number of steps of the first run that the text shows.
@@ -38,6 +39,9 @@ pub struct PolicyFindings {
     pub longest: Option<Number>,
     /// The first fault; `null` if there is none, or if it is unknown.
     pub violation: Option<Violated>,
+    /// The promise of a policy with memory; absent for other policies, and before it is read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub promise: Option<Promised>,
     /// The strategies of a property `multi(…)`, with their values; absent for other policies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub strategies: Vec<StrategyValues>,
@@ -93,7 +97,8 @@ pub struct PolicyRuns {
     pub limit: u64,
     /// The seed of the random numbers.
     pub seed: u64,
-    /// The runs that reached the goal; of a property `multi(…)`, those that decided all objectives.
+    /// The runs that reached the goal; of a property `multi(…)`, those that decided all objectives; of a policy with
+    /// memory, those that did all that it promises at their start.
     pub reached: u64,
     /// The runs that were given up after `limit` steps.
     pub given_up: u64,
@@ -104,6 +109,9 @@ pub struct PolicyRuns {
     /// The objectives of a property `multi(…)`; absent for other policies.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub objectives: Vec<MeasuredObjective>,
+    /// The results of the runs of a policy with memory; absent for other policies.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub done: Option<Done>,
     /// The steps of the first run; none of a property `multi(…)`.
     pub first: Vec<PolicyStep>,
     /// The state in which the first run ends.
@@ -164,20 +172,19 @@ impl PolicyReport {
         }
         let Some(runs) = &mut self.runs else { return };
         if runs.last.is_none() {
-            let step = |(state, action): (State, String)| PolicyStep {
-                state: Valuation::of(program, &state),
-                action,
-            };
-            runs.first = run.steps.into_iter().map(step).collect();
+            runs.first = PolicyStep::all(program, run.steps);
             runs.last = Some(Valuation::of(program, &run.last));
         }
-        runs.given_up += u64::from(is_given_up);
-        if is_reached {
-            let sum = runs.mean_steps.unwrap_or(0.0) * runs.reached as f64 + steps as f64;
-            runs.reached += 1;
-            runs.mean_steps = Some(sum / runs.reached as f64);
-            runs.most_steps = runs.most_steps.max(Some(steps));
-        }
+        runs.count(steps, is_reached, is_given_up);
+    }
+}
+
+impl PolicyStep {
+    /// Names the steps of a run.
+    pub(super) fn all(program: &Program, steps: Vec<(State, String)>) -> Vec<Self> {
+        let step =
+            |(state, action): (State, String)| PolicyStep { state: Valuation::of(program, &state), action };
+        steps.into_iter().map(step).collect()
     }
 }
 
@@ -201,6 +208,9 @@ impl Findings for PolicyFindings {
                 None => "the goal is reached almost surely; no bound limits the paths".to_owned(),
             };
             let _ = writeln!(out, "\n{}: {how}", style.good("accepted"));
+        }
+        if let Some(promise) = &report.promise {
+            out.push_str(&promise.text(report.accepted == Some(Some(true)), style));
         }
         out.push_str(&strategies(report, style));
         if let Some(runs) = &report.runs {
@@ -241,6 +251,17 @@ fn strategies(report: &PolicyReport, style: Style) -> String {
 }
 
 impl PolicyRuns {
+    /// Counts a run.
+    pub(super) fn count(&mut self, steps: u64, is_reached: bool, is_given_up: bool) {
+        self.given_up += u64::from(is_given_up);
+        if is_reached {
+            let sum = self.mean_steps.unwrap_or(0.0) * self.reached as f64 + steps as f64;
+            self.reached += 1;
+            self.mean_steps = Some(sum / self.reached as f64);
+            self.most_steps = self.most_steps.max(Some(steps));
+        }
+    }
+
     /// Shows the means of the objectives.
     fn measured(&self, style: Style) -> String {
         let mut out = format!("\n{}\n", style.bold(&format!("{} runs", grouped(self.runs))));
@@ -259,8 +280,10 @@ impl PolicyRuns {
     }
 
     fn text(&self, style: Style) -> String {
-        let title = format!("{} runs, {} reach the goal", grouped(self.runs), grouped(self.reached));
+        let did = if self.done.is_some() { "kept the promise of the policy" } else { "reach the goal" };
+        let title = format!("{} runs, {} {did}", grouped(self.runs), grouped(self.reached));
         let mut out = format!("\n{}\n", style.bold(&title));
+        out.extend(self.done.as_ref().map(Done::text));
         if let (Some(mean), Some(most)) = (self.mean_steps, self.most_steps) {
             let _ = writeln!(out, "  steps: {mean:.2} on average, at most {}", grouped(most));
         }

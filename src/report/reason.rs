@@ -44,11 +44,12 @@ impl Words<'_> {
         text::either(&self.names(set))
     }
 
-    /// Formats the values that differ: `r=3,b=7`, or `no change`.
+    /// Formats the values that differ: `r=3,b=7`, the facts of a planning problem, or `no change`.
     pub(super) fn changed(&self, from: &[i64], to: &[i64]) -> String {
         let pairs = self.program.variables.iter().zip(from.iter().zip(to));
-        let differs =
-            |(v, (x, y)): (&meliora_model::Variable, (&i64, &i64))| (x != y).then(|| v.equation(*y));
+        let differs = |(v, (x, y)): (&meliora_model::Variable, (&i64, &i64))| {
+            (x != y).then(|| self.program.reading(v, *y))
+        };
         match pairs.filter_map(differs).collect::<Vec<_>>() {
             changed if changed.is_empty() => "no change".to_owned(),
             changed => changed.join(","),
@@ -86,7 +87,8 @@ impl Words<'_> {
             Verdict::Unsafe(index) => {
                 let place = index.and_then(to).map_or_else(|| "this action".to_owned(), place);
                 let kept = self.either(&at.reference);
-                format!("not kept: after {place}, a weakening of {kept} cannot be ruled out")
+                let risk = || format!("after {place}, a weakening of {kept} cannot be ruled out");
+                format!("not kept: {}", self.threat(&place, action).unwrap_or_else(risk))
             }
             Verdict::Exposes(index) => self.exposes(at, action, index),
             Verdict::Violates(None) => "no action keeps the requirements here".to_owned(),
@@ -125,7 +127,12 @@ impl Words<'_> {
                 None => "weakens".to_owned(),
             },
             Verdict::Exposes(index) => self.exposes(at, action, index),
-            Verdict::Unsafe(_) => format!("a weakening of {} can follow", self.either(&at.reference)),
+            Verdict::Unsafe(index) => {
+                let place = index.and_then(|index| action.successors.get(index));
+                let place = place.map(|s| self.changed(&at.state, &s.state)).unwrap_or_default();
+                let risk = || format!("a weakening of {} can follow", self.either(&at.reference));
+                self.threat(&place, action).unwrap_or_else(risk)
+            }
             Verdict::Violates(_) => "may lead to a state where no strategy keeps the requirements".to_owned(),
             Verdict::Lateral if !given_up.is_empty() => format!("may give up {}", self.list(&given_up)),
             Verdict::Lateral => "neither improves nor weakens".to_owned(),
@@ -137,9 +144,13 @@ impl Words<'_> {
     fn exposes(&self, at: &Explanation, action: &Action, index: usize) -> String {
         let place = action.successors.get(index).map(|s| self.changed(&at.state, &s.state));
         let place = place.unwrap_or_default();
-        let Some(threat) = &action.threat else {
-            return format!("after {place}, the opponent can weaken sooner or later");
-        };
+        let risk = || format!("after {place}, the opponent can weaken sooner or later");
+        self.threat(&place, action).unwrap_or_else(risk)
+    }
+
+    /// Formats how a weakening can follow after an action leads to a place; `None` if it is not known.
+    fn threat(&self, place: &str, action: &Action) -> Option<String> {
+        let threat = action.threat.as_ref()?;
         let (mut steps, mut last) = (Vec::new(), None);
         for (player, name) in &threat.actions {
             let by = if last == Some(player) {
@@ -154,7 +165,7 @@ impl Words<'_> {
             steps.splice(1.., [format!("{} more steps and {end}", threat.actions.len() - 2)]);
         }
         let lost = self.list(&threat.lost);
-        format!("after {place}, {}, which weakens: {lost} lost", steps.join(", then "))
+        Some(format!("after {place}, {}, which weakens: {lost} lost", steps.join(", then ")))
     }
 
     /// Formats the pursued objectives as `A and B`; `None` if none is pursued.

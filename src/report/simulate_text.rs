@@ -169,16 +169,20 @@ pub(super) fn commitment(objective: &str, gives_up: &[String]) -> String {
     }
 }
 
+/// Formats some runs as a share of all.
+fn share(report: &SimulateReport, runs: u64) -> String {
+    format!("{:.1} %", 100.0 * runs as f64 / report.runs as f64)
+}
+
 /// Lists the achieved objectives, with the number of steps until then.
 fn achieved(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     let Some(all) = found.achieved.as_ref().filter(|all| !all.is_empty()) else { return String::new() };
     let mut grid = Grid::new(&["achieved", "runs", "share", "min steps", "mean", "max"]);
     for AchievedReport { objective, wait } in all {
-        let share = 100.0 * wait.runs as f64 / report.runs as f64;
         grid.row(vec![
             objective.clone(),
             grouped(wait.runs),
-            format!("{share:.1} %"),
+            share(report, wait.runs),
             wait.least.to_string(),
             format!("{:.2}", wait.mean()),
             wait.most.to_string(),
@@ -190,8 +194,7 @@ fn achieved(report: &SimulateReport, found: &RunsReport, style: Style) -> String
 fn distribution(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     let mut grid = Grid::new(&["improvements", "runs", "share"]);
     for (times, runs) in &found.tally.improvements {
-        let share = 100.0 * *runs as f64 / report.runs as f64;
-        grid.row(vec![times.to_string(), grouped(runs), format!("{share:.1} %")]);
+        grid.row(vec![times.to_string(), grouped(runs), share(report, *runs)]);
     }
     let mut out = format!("\n{}", grid.text(style));
     if !found.tally.waits.is_empty() {
@@ -221,8 +224,7 @@ fn gained(report: &SimulateReport, found: &RunsReport, style: Style) -> String {
     };
     let mut grid = Grid::new(&["gained", "runs", "share"]);
     for GainReport { objective, runs } in &found.gained {
-        let share = 100.0 * *runs as f64 / report.runs as f64;
-        grid.row(vec![objective.clone(), grouped(runs), format!("{share:.1} %")]);
+        grid.row(vec![objective.clone(), grouped(runs), share(report, *runs)]);
     }
     format!("  {better} improved on its start ({start}).\n{}\n", grid.text(style))
 }

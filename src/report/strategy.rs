@@ -7,9 +7,10 @@ use serde_json::value::{RawValue, to_raw_value};
 use super::choose::Choosing;
 use super::envelope::{Envelope, Findings, Phase};
 use super::header::Header;
-use super::number::Number;
+use super::number::{Number, grouped};
 use super::state::{StateJson, StateReport};
-use super::{Style, ranks, state_text};
+use super::{Style, ranks, state_text, text};
+use meliora_base::escape;
 use meliora_planning::StrategyKind;
 
 /// The results of `strategy`, in the order of the JSON fields.
@@ -27,6 +28,9 @@ pub struct StrategyFindings {
     /// The states; empty if `asked` is 0, and before the first is known.
     #[schemars(with = "Vec<StateJson>")]
     pub states: Vec<Shown>,
+    /// The policy that was written; absent without `--policy`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub policy: Option<WrittenPolicy>,
     /// The number of states with memory that were printed or added to a table, and are not in `states`.
     #[serde(skip)]
     pub written: u64,
@@ -39,6 +43,17 @@ pub struct StrategyFindings {
     /// The DOT graph, which replaces the text report.
     #[serde(skip)]
     pub drawing: Option<String>,
+}
+
+/// A policy that was written.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+pub struct WrittenPolicy {
+    /// The file.
+    pub file: String,
+    /// The number of nodes where paths may start.
+    pub starts: u64,
+    /// The number of nodes: states with memory.
+    pub nodes: u64,
 }
 
 /// The report with times and memory.
@@ -75,6 +90,7 @@ impl StrategyReport {
             choosing,
             asked: None,
             states: Vec::new(),
+            policy: None,
             written: 0,
             place: Written::default(),
             whole: false,
@@ -185,6 +201,14 @@ impl Findings for StrategyFindings {
         });
         let mut out: String = std::iter::once(legend.as_str()).chain(texts).collect();
         out.extend(Self::coverage(report));
+        if let Some(WrittenPolicy { file, starts, nodes }) = &report.policy {
+            let (starts, nodes) = (text::plural(*starts as usize, "start"), grouped(*nodes));
+            let file = escape::line(file);
+            out += &format!(
+                "\nA policy with {nodes} states with memory, from {starts}, was written to {file}.\n"
+            );
+            out += "`meliora verify` checks it, and `meliora simulate --policy` runs it.\n";
+        }
         out
     }
 

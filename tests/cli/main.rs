@@ -37,6 +37,7 @@ mod limits;
 #[allow(dead_code, reason = "the objectives over paths are for other tests")]
 mod machines;
 mod memory;
+mod memory_policies;
 mod mix;
 mod models;
 mod names;

@@ -257,6 +257,21 @@ fn strategy_writes_the_policies_of_objectives_with_and_without_preferences() {
 }
 
 #[test]
+fn pages_name_the_facts_of_planning_problems_as_they_are_written() {
+    let page = run(&format!("report {HOUSE} models/household.pref --out -")).expect(0).stdout;
+    let text = page.replace("<wbr>", "");
+    for shown in [
+        "<code>at(hall), closed</code>",
+        "For not clean(hall), not clean(kitchen), not clean(bath), not played.",
+        "<code>at(kitchen)</code>",
+        "<code>has(tin)</code>",
+    ] {
+        assert!(text.contains(shown), "{shown}: {text}");
+    }
+    assert!(!text.contains("at=hall") && !text.contains("at=kitchen"), "{text}");
+}
+
+#[test]
 fn states_are_named_by_atoms_with_and_without_the_model() {
     let scratch = Scratch::new(&[]);
     let dump = scratch.show("dump");

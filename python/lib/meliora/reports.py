@@ -584,6 +584,40 @@ class PolicyViolation(TypedDict):
     """A state for which it fails; `null` if the condition is not about a state."""
 
 
+class PolicyPromiseStarts(TypedDict):
+    """The promise of a policy from a state on."""
+
+    state: State
+    """The state."""
+    most_preferred: List[str]
+    """Its most preferred objectives."""
+    improvements: Rank
+    """The number of improvements."""
+    pursues: List[str]
+    """The objectives that it pursues from the start on."""
+
+
+class PolicyPromise(TypedDict):
+    """The promise of a policy with memory; absent for other policies, and before it is read."""
+
+    kind: str
+    """Its aim: `sasi`, `spi`, `plan` or `achieve`."""
+    safety: str
+    """The comparison of steps: `prefix` or `action`."""
+    objectives: List[str]
+    """The objectives that it achieves, or that a plan pursues where they are most preferred."""
+    nodes: int
+    """The number of nodes."""
+    committed: int
+    """The number of nodes in which a plan has committed to an objective, and may give up others."""
+    listed: Union[Count, None]
+    """The number of states of the model that the check listed; `null` if it did not end, and with `simulate`."""
+    start_count: int
+    """The number of starts."""
+    starts: List[PolicyPromiseStarts]
+    """The starts, 16 at most."""
+
+
 class PolicyStrategiesObjectives(TypedDict):
     """The value of an objective under a strategy."""
 
@@ -621,6 +655,15 @@ class PolicyRunsObjectives(TypedDict):
     """The runs that were given up before the objective was decided."""
 
 
+class PolicyRunsDone(TypedDict):
+    """The results of the runs of a policy with memory; absent for other policies."""
+
+    mean_improvements: float
+    """The mean number of improvements of a run."""
+    weakened: int
+    """The runs in which a step weakened its reference."""
+
+
 class PolicyRunsFirst(TypedDict):
     """A step of a run."""
 
@@ -640,7 +683,8 @@ class PolicyRuns(TypedDict):
     seed: int
     """The seed of the random numbers."""
     reached: int
-    """The runs that reached the goal; of a property `multi(…)`, those that decided all objectives."""
+    """The runs that reached the goal; of a property `multi(…)`, those that decided all objectives; of a
+    policy with memory, those that did all that it promises at their start."""
     given_up: int
     """The runs that were given up after `limit` steps."""
     mean_steps: Union[float, None]
@@ -649,6 +693,8 @@ class PolicyRuns(TypedDict):
     """The largest number of these steps; `null` if no run reached the goal."""
     objectives: NotRequired[List[PolicyRunsObjectives]]
     """The objectives of a property `multi(…)`; absent for other policies."""
+    done: NotRequired[PolicyRunsDone]
+    """The results of the runs of a policy with memory; absent for other policies."""
     first: List[PolicyRunsFirst]
     """The steps of the first run; none of a property `multi(…)`."""
     last: Union[State, None]
@@ -689,6 +735,8 @@ class PolicyReport(TypedDict):
     """The number of steps of the longest path; `null` if no bound exists, or as `states`."""
     violation: Union[PolicyViolation, None]
     """The first fault; `null` if there is none, or if it is unknown."""
+    promise: NotRequired[PolicyPromise]
+    """The promise of a policy with memory; absent for other policies, and before it is read."""
     strategies: NotRequired[List[PolicyStrategies]]
     """The strategies of a property `multi(…)`, with their values; absent for other policies."""
     runs: NotRequired[PolicyRuns]
@@ -1385,6 +1433,17 @@ class StrategyStates(TypedDict):
     """The outcomes that steps are compared with, a part of the memory; absent without `--all`."""
 
 
+class StrategyPolicy(TypedDict):
+    """The policy that was written; absent without `--policy`."""
+
+    file: str
+    """The file."""
+    starts: int
+    """The number of nodes where paths may start."""
+    nodes: int
+    """The number of nodes: states with memory."""
+
+
 class StrategyTime(TypedDict):
     """Seconds by phase; a phase that did not end is `null`."""
 
@@ -1433,6 +1492,8 @@ class StrategyReport(TypedDict):
     `--at`, or if unknown."""
     states: List[StrategyStates]
     """The states; empty if `asked` is 0, and before the first is known."""
+    policy: NotRequired[StrategyPolicy]
+    """The policy that was written; absent without `--policy`."""
     time: StrategyTime
     """Seconds by phase; a phase that did not end is `null`."""
     memory: Memory

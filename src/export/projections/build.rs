@@ -10,7 +10,7 @@ use meliora_base::diagram::{Diagram, Edge};
 use meliora_base::error::{Error, Result};
 use meliora_engine::symbolic::{ChoiceSet, Set, StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Dumpable, Engine};
-use meliora_model::preference::ObjectiveSet;
+use meliora_model::preference::{Goal, ObjectiveSet};
 use meliora_model::{Program, VarId};
 use meliora_planning::levels::{End, Level};
 use meliora_planning::{Analysis, Class, FiniteMemoryStrategy, Kind, strategy};
@@ -91,6 +91,7 @@ pub fn build<E: Dumpable>(
     }
     Ok(Projections {
         variables: engine.program().variables.clone(),
+        facts: engine.program().variables.iter().map(|v| engine.program().facts_of(v)).collect(),
         levels: levels(engine.encoding()),
         plane,
         rows_up,
@@ -109,6 +110,17 @@ pub fn build<E: Dumpable>(
     })
 }
 
+/// Returns the states of a target that are marked: those of a temporal goal in which it becomes certain, by
+/// the last step or in the beginning, and not all where it is. Cost: one image.
+fn marked(engine: &SymbolicEngine, goal: &Goal, target: StateSet) -> Result<StateSet> {
+    if matches!(goal, Goal::Reach(_)) {
+        return Ok(target);
+    }
+    let before = engine.difference(&engine.all_states(), &target)?;
+    let entered = engine.post(&engine.choices_in(&engine.all_choices(), &before)?)?;
+    engine.intersection(&target, &engine.union(&entered, &engine.initial_states())?)
+}
+
 impl Sets {
     fn of<E: Dumpable>(analysis: &Analysis<E>, engine: &SymbolicEngine, named: &[Direction]) -> Result<Self> {
         let choices = named.len();
@@ -117,7 +129,7 @@ impl Sets {
         let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
         let diagram = |x| analysis.engine().states_diagram(x).cloned();
         let target = |index| match analysis.outcomes().and_then(|outcomes| outcomes.target(index)) {
-            Some(x) => diagram(x),
+            Some(x) => marked(engine, &analysis.preferences().objectives[index].goal, diagram(x)?),
             None => Ok(engine.no_states()),
         };
         let objectives = analysis.preferences().objectives.len();

@@ -29,6 +29,10 @@ use meliora_planning::Rank;
 pub struct Projections {
     /// The variables of the model.
     pub variables: Vec<Variable>,
+    /// For each variable the facts of a planning problem that its values stand for; see [`Program::facts_of`].
+    ///
+    /// [`Program::facts_of`]: meliora_model::Program::facts_of
+    pub facts: Vec<Vec<String>>,
     /// For each variable the levels of its bits in the diagram, least significant first.
     pub levels: Vec<Vec<u32>>,
     /// The variables that span the plane.
@@ -146,6 +150,11 @@ impl Projections {
         }
         view[self.plane.column.index()] = Some(column);
         view
+    }
+
+    /// Formats a value of a variable as people read it: `x=1`, or the fact of a planning problem.
+    pub fn reading(&self, variable: usize, value: i64) -> String {
+        self.variables[variable].reading(&self.facts[variable], value)
     }
 
     /// Returns the names of the variables of the plane, rows first.

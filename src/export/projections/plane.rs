@@ -37,8 +37,9 @@ impl Plane {
             let span = start..start + part.len();
             start = span.end + 1;
             let wrong = |message: String| {
-                let known = integers(program).map(|v| program.variables[v.index()].name.as_str());
-                let help = format!("the integer variables are {}", known.collect::<Vec<_>>().join(", "));
+                let drawn = program.variables.iter().filter(|v| v.low < v.high);
+                let known = drawn.map(|v| v.name.as_str()).collect::<Vec<_>>().join(", ");
+                let help = format!("a grid has variables with several values: {known}");
                 Error::from(Diagnostic::new(&source, span.clone(), message).help(help))
             };
             let name = part.trim();

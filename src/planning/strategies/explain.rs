@@ -123,8 +123,8 @@ pub struct Action {
     pub progress: bool,
     /// The reason.
     pub verdict: Verdict,
-    /// For an action after which the opponent can weaken ([`Verdict::Exposes`]), how it can; `None` for
-    /// others, and if the way is too long to be searched for.
+    /// For an action of a game after which the opponent can weaken ([`Verdict::Exposes`], [`Verdict::Unsafe`]), how it
+    /// can; `None` for others, and if the way is too long to be searched for.
     pub threat: Option<Threat>,
     /// For an action of the opponent, the distance of the nearest successor from the level's goal or the
     /// pursued objective: 0 for a goal edge, i + 1 for a successor in layer i. `None` if the goal cannot
@@ -260,7 +260,10 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         let (permitted, progress) = level.unwrap_or((false, false));
         let verdict = if theirs { case.answer(&successors) } else { case.verdict(&successors) };
         let threat = match verdict {
-            Verdict::Exposes(index) => self.threat(&successors[index].state)?,
+            Verdict::Exposes(index) => self.threat(memory, None, &successors[index].state)?,
+            Verdict::Unsafe(Some(index)) if self.program.players.is_some() => {
+                self.threat(memory, self.safe_states(here)?, &successors[index].state)?
+            }
             _ => None,
         };
         let distance = if theirs { self.distance(memory, &successors)? } else { None };

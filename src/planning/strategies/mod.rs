@@ -9,7 +9,6 @@ pub mod lasso;
 mod of_analysis;
 pub mod policy;
 mod pursue;
-pub mod rules;
 mod standing;
 pub mod strategy;
 mod threat;

@@ -1,11 +1,11 @@
-//! Threats: how the opponent of a game can weaken after an action that is therefore not kept.
+//! Threats: how a path of a game can weaken after an action that is therefore not kept.
 
 use std::collections::VecDeque;
 
 use ahash::AHashSet;
 
 use super::explain::lost;
-use super::finite_memory::FiniteMemoryStrategy;
+use super::finite_memory::{FiniteMemoryStrategy, Memory};
 use crate::analysis::improvement::Arena;
 use meliora_base::error::Result;
 use meliora_engine::{Engine, position};
@@ -16,14 +16,14 @@ use meliora_model::{State, fault};
 /// Maximum number of states in which a shortest threat is searched for.
 const MOST_STATES: usize = 1000;
 
-/// The opponent's shortest way to weaken from one of its states.
+/// The shortest way to weaken from a state from which the opponent of a game, or chance, cannot be kept from it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Threat {
     /// The players, by their positions, with their actions, of which the last one may weaken.
     pub actions: Vec<(usize, String)>,
     /// The state that the last step enters.
     pub state: State,
-    /// The most preferred objectives that it loses, compared with the state before it.
+    /// The most preferred objectives that it loses, compared with the state before it or, under `prefix`, the reference.
     pub lost: ObjectiveSet,
 }
 
@@ -57,24 +57,37 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         position(&successors, |state| self.is_bad(arena, state))
     }
 
-    /// Returns the shortest way in which the opponent can weaken from one of its states; `None` if it is
-    /// not found among a number of states.
-    pub(crate) fn threat(&self, state: &State) -> Result<Option<Threat>> {
-        let Some(arena) = self.arena_of_all() else { return Ok(None) };
+    /// Returns the shortest way in which a path can weaken from a state from which this cannot be avoided: under
+    /// `action` one in which the opponent can weaken, under `prefix` one outside of `safe`, where the reference of the
+    /// memory may be lost. `None` if no way is found among a number of states.
+    pub(crate) fn threat(
+        &self,
+        memory: Memory,
+        safe: Option<&E::States>,
+        state: &State,
+    ) -> Result<Option<Threat>> {
+        let reference = self.arena(memory).and_then(|arena| arena.reference);
+        let is_threatened = |state: &State| match (self.arena_of_all(), safe) {
+            (Some(arena), _) => self.is_bad(arena, state),
+            (None, Some(safe)) => Ok(!self.engine.contains(safe, state)?),
+            (None, None) => Ok(false),
+        };
         let (mut seen, mut queue) = (AHashSet::from([state.clone()]), VecDeque::new());
         queue.push_back((state.clone(), Vec::new()));
         while let Some((from, actions)) = queue.pop_front() {
             let steps = self.program.steps(&from).map_err(|f| fault::error(&self.program, &f, &from))?;
             let player = |step: &Step| self.program.player_of_choice(&step.choice).unwrap_or_default();
             let with = |step: &Step| [&actions[..], &[(player(step), step.name.clone())]].concat();
-            if let Some((step, to)) = self.weakening(&from, &steps)? {
-                let (before, after) = (self.most_preferred(&from)?, self.most_preferred(to)?);
-                let lost = lost(&self.preferences, &before, &after);
+            let own = reference.map_or_else(|| self.class_of(&from), |class| Ok(Some(class)))?;
+            if let Some((step, to)) = self.weakening(own, &steps)? {
+                let before = own
+                    .map_or_else(ObjectiveSet::new, |class| self.classes.list[class].most_preferred.clone());
+                let lost = lost(&self.preferences, &before, &self.most_preferred(to)?);
                 return Ok(Some(Threat { actions: with(step), state: to.clone(), lost }));
             }
             for step in &steps {
                 for (to, _) in &step.successors {
-                    if seen.len() < MOST_STATES && !seen.contains(to) && self.is_bad(arena, to)? {
+                    if seen.len() < MOST_STATES && !seen.contains(to) && is_threatened(to)? {
                         seen.insert(to.clone());
                         queue.push_back((to.clone(), with(step)));
                     }
@@ -84,13 +97,11 @@ impl<E: Engine> FiniteMemoryStrategy<E> {
         Ok(None)
     }
 
-    /// Returns the first step that may weaken a state, with the successor.
-    fn weakening<'s>(&self, from: &[i64], steps: &'s [Step]) -> Result<Option<(&'s Step, &'s State)>> {
-        let class = |state: &[i64]| self.class_of(state);
-        let own = class(from)?;
+    /// Returns the first step that may weaken a class, with the successor.
+    fn weakening<'s>(&self, own: Option<usize>, steps: &'s [Step]) -> Result<Option<(&'s Step, &'s State)>> {
         for step in steps {
             for (to, _) in &step.successors {
-                if self.classes.change(own, class(to)?) == Change::Weakening {
+                if self.classes.change(own, self.class_of(to)?) == Change::Weakening {
                     return Ok(Some((step, to)));
                 }
             }

@@ -12,6 +12,7 @@ use crate::state_values::Bound;
 use crate::{Aim, Chooser};
 use meliora_base::error::{Error, Result};
 use meliora_engine::Engine;
+use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Memory};
 
@@ -52,7 +53,11 @@ pub fn by_goal<E: Engine>(
         Chooser::compute(analysis, program, std::slice::from_ref(state), (Aim::Likely, Some(1)), costs)?;
     strategy.choose_by(Arc::new(rule));
     let chain = Chain::explore(analysis, &mut strategy, state)?;
-    let (shares, open) = chain.absorbed(analysis, precision)?;
+    let (absorbed, open) = chain.absorbed(analysis, precision)?;
+    let mut shares = BTreeMap::<Vec<String>, f64>::new();
+    for (names, share) in analysis.names_of_gains(state, &chain.gains)?.into_iter().zip(absorbed) {
+        *shares.entry(names).or_default() += share;
+    }
     let value = |(gained, lower): (Vec<String>, f64)| {
         let upper = (lower + open).min(1.0);
         GainValues { gained, probability: Bound { lower, upper, exact: None } }
@@ -63,12 +68,15 @@ pub fn by_goal<E: Engine>(
 /// The end of an edge.
 enum End {
     Node(usize),
-    Gain(Vec<String>),
+    /// A position in [`Chain::gains`].
+    Gain(usize),
 }
 
 /// The Markov chain of a strategy until its first improvement.
 struct Chain {
     edges: Vec<Vec<(End, f64)>>,
+    /// The objectives that improvements gain, each set once.
+    gains: Vec<ObjectiveSet>,
 }
 
 impl Chain {
@@ -82,7 +90,7 @@ impl Chain {
         let mut places: AHashMap<(State, Memory), usize> = AHashMap::new();
         let mut queue = vec![(start.clone(), strategy.start(start)?)];
         places.insert(queue[0].clone(), 0);
-        let mut edges: Vec<Vec<(End, f64)>> = Vec::new();
+        let (mut edges, mut gains) = (Vec::<Vec<(End, f64)>>::new(), Vec::<ObjectiveSet>::new());
         while let Some((state, memory)) = queue.get(edges.len()).cloned() {
             if let Some(limit) = sink.stop() {
                 return Err(limit.into());
@@ -92,8 +100,11 @@ impl Chain {
             for to in at.pick.iter().flat_map(|&pick| &at.actions[pick].successors).filter(|s| !s.dropped) {
                 let end = match to.improves {
                     true => {
-                        let mut names = analysis.names_of_gains(start, std::slice::from_ref(&to.gained))?;
-                        End::Gain(names.pop().unwrap_or_default())
+                        let known = gains.iter().position(|gain| *gain == to.gained);
+                        if known.is_none() {
+                            gains.push(to.gained.clone());
+                        }
+                        End::Gain(known.unwrap_or(gains.len() - 1))
                     }
                     false => {
                         let (next, new) = ((to.state.clone(), to.next), places.len());
@@ -108,19 +119,15 @@ impl Chain {
             }
             edges.push(own);
         }
-        Ok(Chain { edges })
+        Ok(Chain { edges, gains })
     }
 
     /// Moves the probability along the edges until at most `precision` of it can still gain something.
     /// Returns the gains with their probabilities so far, and the rest.
-    fn absorbed<E: Engine>(
-        &self,
-        analysis: &Analysis<E>,
-        precision: f64,
-    ) -> Result<(BTreeMap<Vec<String>, f64>, f64)> {
+    fn absorbed<E: Engine>(&self, analysis: &Analysis<E>, precision: f64) -> Result<(Vec<f64>, f64)> {
         let sink = Arc::clone(&analysis.engine().settings().sink);
         let hopeful = self.hopeful();
-        let mut shares = BTreeMap::new();
+        let mut shares = vec![0.0; self.gains.len()];
         let mut mass = vec![0.0; self.edges.len()];
         mass[0] = f64::from(hopeful[0]);
         loop {
@@ -136,7 +143,7 @@ impl Chain {
                 for (end, p) in edges {
                     match end {
                         End::Node(to) => next[*to] += own * p * f64::from(hopeful[*to]),
-                        End::Gain(gained) => *shares.entry(gained.clone()).or_default() += own * p,
+                        End::Gain(gained) => shares[*gained] += own * p,
                     }
                 }
             }

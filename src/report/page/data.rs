@@ -58,11 +58,12 @@ pub(super) fn script(content: &Content<'_>, paint: &Paint<'_>) -> String {
 
 fn variables(projections: &Projections) -> Vec<Json> {
     let mut all = Vec::new();
-    for (v, levels) in projections.variables.iter().zip(&projections.levels) {
+    for ((v, levels), facts) in projections.variables.iter().zip(&projections.levels).zip(&projections.facts)
+    {
         let boolean = v.ty == Type::Bool;
         let (low, high) = (v.low, v.high);
         let names = &v.values;
-        all.push(json!({"name": v.name, "bool": boolean, "low": low, "high": high, "names": names, "levels": levels}));
+        all.push(json!({"name": v.name, "bool": boolean, "low": low, "high": high, "names": names, "levels": levels, "facts": facts}));
     }
     all
 }

@@ -98,7 +98,7 @@ fn verdict(content: &Content<'_>) -> Markup {
         section.verdict #verdict {
             @for (index, state) in initial.iter().enumerate() {
                 @if index < LISTED {
-                    (card(state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref())))
+                    (card(content, state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref())))
                     @if let Some(note) = ranks::differing(state, content.check.by_step.get(index)) { p.hint { (note) } }
                 }
             }
@@ -108,7 +108,7 @@ fn verdict(content: &Content<'_>) -> Markup {
     }
 }
 
-fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
+fn card(content: &Content<'_>, initial: &Prospects, promise: Option<&Promise>) -> Markup {
     let promise = promise.filter(|_| initial.escape.is_none());
     let headline = promise.map_or_else(|| words::verdict(initial), sentence);
     html! {
@@ -119,7 +119,7 @@ fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
                     span.number.text {
                         @if initial.escape.is_some() { "unsafe" } @else { (text::either(&initial.most_preferred)) }
                     }
-                    span.label { @if initial.escape.is_none() { "most preferred " } "in the initial state" span.begin { (values(&initial.values.to_string())) } }
+                    span.label { @if initial.escape.is_none() { "most preferred " } "in the initial state" span.begin { (state(content, initial)) } }
                 }
                 @if let Some(first) = promise.map(|promise| &promise.first[..]).filter(|first| !first.is_empty()) {
                     div.figure {
@@ -134,6 +134,24 @@ fn card(initial: &Prospects, promise: Option<&Promise>) -> Markup {
             }
         }
     }
+}
+
+/// Renders an initial state: `x=1,y=2`, or the facts of a planning problem that hold.
+fn state(content: &Content<'_>, initial: &Prospects) -> Markup {
+    let Some(projections) = content.projections.filter(|p| p.facts.iter().any(|facts| !facts.is_empty()))
+    else {
+        return values(&initial.values.to_string());
+    };
+    let variables = projections.variables.iter().zip(&projections.facts);
+    let reading = |((variable, facts), cell): ((&Variable, &Vec<String>), String)| {
+        let value = match variable.values.iter().position(|name| *name == cell) {
+            Some(at) => variable.low + at as i64,
+            None => cell.parse().unwrap_or(i64::from(cell == "true")),
+        };
+        (facts.is_empty() || variable.ty != Type::Bool || value != 0).then(|| variable.reading(facts, value))
+    };
+    let holds = variables.zip(initial.values.cells()).filter_map(reading);
+    values(&holds.collect::<Vec<_>>().join(", "))
 }
 
 /// Renders values of variables; a narrow page may break them after commas.

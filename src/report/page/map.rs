@@ -197,7 +197,7 @@ pub(super) fn view_text(projections: &Projections, view: &View) -> String {
     let one = |(index, value): (usize, &Option<i64>)| {
         let variable = &projections.variables[index];
         let text = match value {
-            Some(value) => variable.equation(*value),
+            Some(value) => projections.reading(index, *value),
             None => format!("any {}", variable.name),
         };
         (!inside(index)).then_some(text)
@@ -253,6 +253,8 @@ fn cell(
         Layer::Ranks(picture) if picture != Picture::Classes => Some(paint.arrows(picture, found)),
         _ => None,
     };
+    // The circle of the start would cross a long text, which therefore has a rim in the colour of the cell.
+    let halo = paint.projections.is_first(found.row, found.column).then_some(&look.fill);
     html! {
         g.cell.elsewhere[found.elsewhere].theirs[found.is_theirs] transform=(format!("translate({x},{y})")) data-row=(found.row) data-col=(found.column)
             data-value=(if found.elsewhere { "" } else { &look.text }) {
@@ -262,7 +264,7 @@ fn cell(
             @if !found.marks.is_empty() { (marks(paint, &found.marks)) }
             @if has_texts {
                 @if look.squares.is_empty() {
-                    text class=(format!("value s{}", axes::size(&look.text))) x=(SIDE / 2) y="26" fill=(look.ink) { (look.text) }
+                    text class=(format!("value s{}", axes::size(&look.text))) x=(SIDE / 2) y="26" fill=(look.ink) stroke=[halo] { (look.text) }
                 } @else {
                     text.value.squares x=(SIDE / 2) y="26" fill=(look.ink) {
                         @for (fill, square) in look.squares.iter().zip(look.text.chars()) { tspan fill=(fill) { (square) } }

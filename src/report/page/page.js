@@ -14,6 +14,13 @@
 
   const show = (variable, value) => variable.names[value - variable.low] ?? (variable.bool ? String(value !== 0) : String(value));
 
+  /** Returns a value as people read it: x=1, or the fact of a planning problem. */
+  function reading(variable, value) {
+    const { facts } = variable;
+    if (facts[value - variable.low]) return facts[value - variable.low];
+    return variable.bool && facts[1] ? 'not ' + facts[1] : variable.name + '=' + show(variable, value);
+  }
+
   /** Returns the name of a rank: 2, 2+ or ∞. */
   function mark(ladder, k) {
     const last = k === ladder.levels.length;
@@ -210,6 +217,7 @@
         continue;
       }
       part.textContent = found.text;
+      if (part.hasAttribute('stroke')) part.setAttribute('stroke', found.color.fill);
       for (let size = 0; size < 5; size += 1) part.classList.toggle('s' + size, size === (found.color.size ?? (found.text.length > 2 ? 1 : 0)));
     }
   }
@@ -251,7 +259,7 @@
 
   /** Returns the text of a cell for screen readers. */
   function spoken({ row, column, theirs }, map, found, elsewhere) {
-    const place = (data.row === null ? '' : variables[data.row].name + '=' + show(variables[data.row], row) + ', ') + variables[data.column].name + '=' + show(variables[data.column], column);
+    const place = (data.row === null ? '' : reading(variables[data.row], row) + ', ') + reading(variables[data.column], column);
     if (found.text === '') return place + ': unreachable';
     if (found.unsafe) return place + ': unsafe' + (elsewhere ? ', with other values' : '');
     const what = map > 2 ? measures[map - 3].title + ': ' + found.text : map === 2 ? 'most preferred: ' + named(found) : found.text + (map === 0 ? ' guaranteed' : ' possible');
@@ -284,7 +292,7 @@
   function describeView(open) {
     const others = variables.map((v, i) => [v, i]).filter(([v, i]) => !inPlane(i) && v.low < v.high);
     if (!document.querySelector('.controls')) return;
-    const texts = others.map(([v, i]) => (view[i] === null ? 'any ' + v.name : v.name + '=' + show(v, view[i])));
+    const texts = others.map(([v, i]) => (view[i] === null ? 'any ' + v.name : reading(v, view[i])));
     const line = document.getElementById('view');
     const all = others.every(([, i]) => view[i] === null) && variables.length > 3;
     const pale = places.some((place) => place.parts[0].classList.contains('elsewhere'));
@@ -299,7 +307,7 @@
     if (chosen === null) return;
     const at = placed(chosen.row, chosen.column);
     const pattern = diagram.pattern(variables, at);
-    const state = variables.map((v, i) => (at[i] === null ? 'any ' + v.name : v.name + '=' + show(v, at[i])));
+    const state = variables.map((v, i) => (at[i] === null ? 'any ' + v.name : reading(v, at[i])));
     box.replaceChildren();
     const title = document.createElement('code');
     title.textContent = state.join(',');

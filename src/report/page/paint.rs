@@ -115,7 +115,7 @@ impl<'a> Paint<'a> {
         let name = |class: &_| text::either(&content.preferences.owned_names(class));
         // The fixpoint has its own colour.
         let greatest = |l: &Ladder| l.levels.len() - usize::from(l.unbounded.is_some());
-        let opening = projections.opening();
+        let opening = opening(projections);
         let marks = Marks::new(content, projections);
         let mut cells = found(projections, &opening);
         marks.place(projections, &opening, &mut cells);
@@ -256,6 +256,31 @@ impl<'a> Paint<'a> {
 
 fn ladder(projections: &Projections, picture: Picture) -> &Ladder {
     if picture == Picture::Spi { &projections.spi } else { &projections.sasi }
+}
+
+/// Returns the first view to show: the values of the start. If they leave most cells without a state, as the
+/// charge of a battery does, the variable is open that hides most of them, or else all are.
+fn opening(projections: &Projections) -> View {
+    let start = projections.opening();
+    let columns = projections.columns();
+    let places = || projections.rows().into_iter().flat_map(|row| columns.iter().map(move |&c| (row, c)));
+    let faded = |view: &View| {
+        let found = places().filter_map(|(row, column)| projections.found(view, row, column));
+        let exact: Vec<bool> = found.map(|(_, exact)| exact).collect();
+        let elsewhere = exact.iter().filter(|exact| !**exact).count();
+        if 2 * elsewhere > exact.len() { elsewhere } else { 0 }
+    };
+    if faded(&start) == 0 {
+        return start;
+    }
+    let opened = |variable: usize| {
+        let mut view = start.clone();
+        view[variable] = None;
+        view
+    };
+    let views = (0..start.len()).map(opened);
+    let best = views.map(|view| (faded(&view), view)).min_by_key(|(faded, _)| *faded);
+    best.filter(|(faded, _)| *faded == 0).map_or_else(|| vec![None; start.len()], |(_, view)| view)
 }
 
 /// Returns the cells of a view, without their marks.

@@ -53,6 +53,21 @@ fn strategy_tells_who_moves_and_what_the_opponent_can_do() {
     );
 }
 
+/// Under `prefix`, the reason only said that a weakening could not be ruled out.
+#[test]
+fn reasons_name_the_way_to_weaken_under_prefix_too() {
+    let scratch = risky();
+    for engine in ["symbolic", "explicit"] {
+        let json = at(&scratch, &["strategy", "@g.prism", "@g.pref", "--engine", engine, "--json"]);
+        let action = json.expect(0).json()["states"][0]["actions"][0].clone();
+        assert_eq!(action["verdict"], json!("unsafe"));
+        assert_eq!(
+            action["reason"],
+            json!("not kept: after x=1, them may take d, which weakens: Start lost")
+        );
+    }
+}
+
 /// In an unsafe state, an action of the opponent was said to do nothing.
 #[test]
 fn an_action_of_the_opponent_in_an_unsafe_state_exposes() {

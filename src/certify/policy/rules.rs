@@ -6,7 +6,7 @@ use std::fmt;
 
 use ahash::{AHashMap, AHashSet};
 
-use super::policy::{Policy, PolicyEntry};
+use super::graph::Graph;
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::progress::{Poll, ProgressSink};
@@ -77,6 +77,8 @@ pub enum FaultKind {
     Lost,
     /// The state may be visited again.
     Cycle,
+    /// A node with memory contradicts the model, or its promise is not kept.
+    Broken(String),
 }
 
 impl fmt::Display for FaultKind {
@@ -101,6 +103,7 @@ impl fmt::Display for FaultKind {
             FaultKind::Cycle => {
                 f.write_str("the policy may visit a state again, so no bound limits its paths")
             }
+            FaultKind::Broken(what) => f.write_str(what),
         }
     }
 }
@@ -212,7 +215,7 @@ impl Rules {
             Err(fault) => return Ok(Err(fault)),
         };
         let fault = |at: usize, kind| Ok(Err(PolicyFault { state: walk.states[at].clone(), kind }));
-        if let Some(at) = walk.near().iter().position(|near| !near) {
+        if let Some(at) = walk.near(sink)?.iter().position(|near| !near) {
             return fault(at, FaultKind::Lost);
         }
         let longest = walk.longest();
@@ -305,7 +308,7 @@ impl Rules {
 }
 
 /// Returns the step of an action among those of a state.
-fn step<W>(
+pub(super) fn step<W>(
     program: &Program,
     taken: &Taken,
     mut steps: Vec<Step<W>>,
@@ -339,16 +342,6 @@ fn synchronisations(program: &Program) -> AHashMap<String, Vec<usize>> {
     of_actions
 }
 
-impl From<&Policy> for Rules {
-    fn from(policy: &Policy) -> Self {
-        let mut rules = Rules::default();
-        for PolicyEntry { state, action, position, .. } in &policy.entries {
-            rules.add_state(state, Taken { action: action.clone(), position: *position });
-        }
-        rules
-    }
-}
-
 impl Walk {
     fn add(&mut self, state: &State, goal: &Predicate) -> usize {
         if let Some(&known) = self.number.get(state) {
@@ -373,13 +366,10 @@ impl Walk {
     }
 
     /// Returns for each state whether the goal is reachable.
-    fn near(&self) -> Vec<bool> {
-        let (before, mut open) = (self.before(), self.goals());
-        let mut near = self.is_goal.clone();
-        while let Some(at) = open.pop() {
-            open.extend(before[at].iter().filter(|&&earlier| !std::mem::replace(&mut near[earlier], true)));
-        }
-        near
+    fn near(&self, sink: &dyn ProgressSink) -> Result<Vec<bool>, Limit> {
+        let mut graph = Graph::new(sink);
+        self.next.iter().for_each(|next| graph.add(false, [next.clone()]));
+        graph.least(self.is_goal.clone(), |at, near| self.next[at].iter().any(|&to| near[to]))
     }
 
     /// Returns the length of the longest path, or a state of a cycle or before one.
