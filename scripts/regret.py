@@ -41,11 +41,13 @@ import harness
 
 HALVES = ("tuned", "held-out")
 PLAN = 'Pmax>=1 [ F "goal" ]'
-# The choices that a user can make: an order of the variables, an engine, a scope.
+# The choices that a user can make: an engine (diagrams have the order of the structure then), an order of the variables,
+# a scope.
 ORDERS = ("declared", "reversed", "large-first")
 # The limit of `auto`, which has several ways to try, over that of the other choices.
 AUTO_SHARE = 4
-CHOICES = ("auto", "explicit", *ORDERS, *(f"{order}+all" for order in ORDERS))
+ENGINES = ("explicit", "symbolic")
+CHOICES = ("auto", *ENGINES, *ORDERS, *(f"{order}+all" for order in ORDERS))
 
 
 @dataclass(frozen=True)
@@ -145,7 +147,7 @@ class Choices:
     def options(self, instance: Instance, choice: str) -> list[str]:
         if choice == "auto":
             return ["--threads", str(self.threads)]
-        if choice == "explicit":
+        if choice in ENGINES:
             return ["--engine", choice]
         order, _, scope = choice.partition("+")
         named = order if order == "declared" else str(self.order(instance, order))
