@@ -7,7 +7,8 @@ usage: regret.py SOURCE… [--root FOLDER] [--half tuned|held-out|both] [--part 
 
 SOURCE is one collection, NAME=PATH or PATH:
   a JSON list     objects with `id`, `model` (relative to --root, or else to the list), `constants`, and `target`,
-                  `property`, or `targets` (a list as in an oracle.json, whose last target is asked for)
+                  `property`, `targets` (a list as in an oracle.json, whose last target is asked for), or
+                  `preferences` (a file, for `check`)
   models          a folder of PRISM models with a label `goal`, which are asked for a strong cyclic plan,
                   Pmax>=1 [ F "goal" ]
   worlds          a folder of models with a preference file of the same name each, which are given to `check`
@@ -40,11 +41,13 @@ import harness
 
 HALVES = ("tuned", "held-out")
 PLAN = 'Pmax>=1 [ F "goal" ]'
-# The choices that a user can make: an order of the variables, an engine, a scope.
+# The choices that a user can make: an engine (diagrams have the order of the structure then), an order of the variables,
+# a scope.
 ORDERS = ("declared", "reversed", "large-first")
 # The limit of `auto`, which has several ways to try, over that of the other choices.
 AUTO_SHARE = 4
-CHOICES = ("auto", "explicit", *ORDERS, *(f"{order}+all" for order in ORDERS))
+ENGINES = ("explicit", "symbolic")
+CHOICES = ("auto", *ENGINES, *ORDERS, *(f"{order}+all" for order in ORDERS))
 
 
 @dataclass(frozen=True)
@@ -68,9 +71,10 @@ class Instance:
 
 @dataclass(frozen=True)
 class Run:
-    """The processor time of one choice and its answer; None if it gave none within the limit."""
+    """The processor time of one choice, its memory and its answer; None if it gave none within the limit."""
 
     seconds: float
+    peak_bytes: int
     found: Any
 
 
@@ -95,11 +99,14 @@ def instances(source: str, root: Path | None, folder: Path) -> Iterator[Instance
                 yield Instance(collection, f"network-{number}", model, ("--target", target))
         return
     for entry in harness.read_json(path):
+        model = (root or path.parent) / entry["model"]
+        constants = ("--const", entry["constants"]) if entry.get("constants") else ()
+        if "preferences" in entry:
+            yield Instance(collection, entry["id"], model, constants, (root or path.parent) / entry["preferences"])
+            continue
         if "targets" in entry:
             entry |= {"target": entry["targets"][-1]["target"] if entry["targets"] else "true"}
         asked = "target" if "target" in entry else "property"
-        constants = ("--const", entry["constants"]) if entry.get("constants") else ()
-        model = (root or path.parent) / entry["model"]
         yield Instance(collection, entry["id"], model, (f"--{asked}", entry[asked], *constants))
 
 
@@ -118,7 +125,7 @@ class Choices:
     def run(self, instance: Instance, choice: str) -> Run:
         asked = ["reach", str(instance.model), *instance.question]
         if instance.preferences:
-            asked = ["check", str(instance.model), str(instance.preferences)]
+            asked = ["check", str(instance.model), str(instance.preferences), *instance.question]
         command = [self.meliora, *asked, *self.options(instance, choice)]
         limit = self.limit * (AUTO_SHARE if choice == "auto" else 1)
         limited = ["sh", "-c", 'ulimit -t "$0"; exec "$@"', str(limit), *command, "--json", "--quiet"]
@@ -126,7 +133,7 @@ class Choices:
         report = harness.json_object(finished.stdout) or {}
         # A property that does not hold has status 1.
         found = answer(report) if finished.status in (0, 1) else None
-        return Run(finished.cpu_seconds if self.threads == 1 else finished.seconds, found)
+        return Run(finished.cpu_seconds if self.threads == 1 else finished.seconds, finished.peak_bytes, found)
 
     def runs(self, instance: Instance, choices: list[str], floor: float) -> dict[str, Run]:
         """Runs the choices, `auto` first; only that if it takes less than `floor`."""
@@ -140,16 +147,20 @@ class Choices:
     def options(self, instance: Instance, choice: str) -> list[str]:
         if choice == "auto":
             return ["--threads", str(self.threads)]
-        if choice == "explicit":
+        if choice in ENGINES:
             return ["--engine", choice]
         order, _, scope = choice.partition("+")
         named = order if order == "declared" else str(self.order(instance, order))
         return ["--engine", "symbolic", "--order", named, *(["--scope", scope] if scope else [])]
 
+    @staticmethod
+    def constants(instance: Instance) -> tuple[str, ...]:
+        return instance.question if instance.preferences else instance.question[2:]
+
     def order(self, instance: Instance, order: str) -> Path:
         """A file with the variables in an order."""
         # The variables are known before the states, which may be too many.
-        info = [self.meliora, "info", str(instance.model), *instance.question[2:], "--json", "--timeout", "1"]
+        info = [self.meliora, "info", str(instance.model), *self.constants(instance), "--json", "--timeout", "1"]
         said = harness.run(info, 60.0)
         variables = (harness.json_object(said.stdout) or {}).get("model", {}).get("variables", [])
         if order == "reversed":
@@ -174,13 +185,19 @@ def regret(runs: dict[str, Run], floor: float) -> tuple[float, str, float]:
     return done[best], best, done.get("auto", math.inf) / done[best]
 
 
+def memory(runs: dict[str, Run], floor: float) -> float:
+    """The memory of `auto` over that of the best choice."""
+    _, best, _ = regret(runs, floor)
+    return runs["auto"].peak_bytes / runs[best].peak_bytes
+
+
 def row(name: str, half: str, runs: dict[str, Run], floor: float) -> str:
     auto = runs["auto"]
     own = f"{auto.seconds:.2f}" if auto.found is not None else "–"
     if all(run.found is None for run in runs.values()):
-        return f"| {name} | {half} | – | – | – | – |"
+        return f"| {name} | {half} | – | – | – | – | – |"
     seconds, best, ratio = regret(runs, floor)
-    return f"| {name} | {half} | {own} | {best} | {seconds:.2f} | {ratio:.1f} |"
+    return f"| {name} | {half} | {own} | {best} | {seconds:.2f} | {ratio:.1f} | {memory(runs, floor):.1f} |"
 
 
 def summary(name: str, own: list[dict[str, Run]], floor: float) -> str:
@@ -190,14 +207,16 @@ def summary(name: str, own: list[dict[str, Run]], floor: float) -> str:
     finite = [ratio for ratio in ratios if math.isfinite(ratio)]
     mean = math.exp(sum(map(math.log, finite)) / len(finite)) if finite else math.nan
     slow = sum(len(runs) > 1 for runs in own)
-    cells = [name, len(own), slow, len(answered), len(finite), f"{mean:.2f}", f"{max(finite, default=math.nan):.1f}"]
+    worst = max(finite, default=math.nan)
+    most = max((memory(runs, floor) for runs in answered), default=math.nan)
+    cells = [name, len(own), slow, len(answered), len(finite), f"{mean:.2f}", f"{worst:.1f}", f"{most:.1f}"]
     return "| " + " | ".join(map(str, cells)) + " |"
 
 
 def table(results: list[tuple[Instance, dict[str, Run]]], floor: float) -> list[str]:
     """The rows of all collections, by halves."""
-    head = f"instances | above {floor:g} s | answered by some choice | by `auto` | geometric mean | worst |"
-    lines = [f"| collection, half | {head}", "| --- " * 7 + "|"]
+    head = f"instances | above {floor:g} s | answered by some choice | by `auto` | geometric mean | worst | memory |"
+    lines = [f"| collection, half | {head}", "| --- " * 8 + "|"]
     for collection in [*dict.fromkeys(i.collection for i, _ in results), None]:
         for half in HALVES:
             own = [runs for i, runs in results if i.half == half and collection in (i.collection, None)]
@@ -212,7 +231,7 @@ def measure(options: argparse.Namespace, folder: Path) -> int:
     wanted = [i for i in wanted if i.hash[1] % options.part == 0]
     results: list[tuple[Instance, dict[str, Run]]] = []
     differ = 0
-    lines = ["| instance | half | `auto`, s | best choice | s | regret |", "| --- | --- | --- | --- | --- | --- |"]
+    lines = ["| instance | half | `auto`, s | best choice | s | regret | memory |", "| --- " * 7 + "|"]
     choices = Choices(meliora, options.limit, options.threads, folder)
     end = time.monotonic() + 60.0 * options.minutes
     for instance in wanted:
@@ -232,8 +251,8 @@ def measure(options: argparse.Namespace, folder: Path) -> int:
     if options.markdown:
         options.markdown.write_text("\n".join([*rows, "", *lines]) + "\n", encoding="utf-8")
     if options.json:
-        times = {i.name: {c: (r.seconds, r.found is not None) for c, r in runs.items()} for i, runs in results}
-        options.json.write_text(json.dumps(times, indent=1) + "\n", encoding="utf-8")
+        values = {i.name: {c: (r.seconds, r.peak_bytes, r.found is not None) for c, r in runs.items()} for i, runs in results}
+        options.json.write_text(json.dumps(values, indent=1) + "\n", encoding="utf-8")
     return int(differ > 0)
 
 

@@ -116,7 +116,7 @@ pub use embed::{Analysis, Exploration, Listing, Model, Projection, Reached, Size
 #[doc(inline)]
 pub use meliora_base::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
 #[doc(inline)]
-pub use meliora_base::progress::{NoProgress, ProgressSink};
+pub use meliora_base::progress::{CancellationToken, NoProgress, ProgressSink};
 #[doc(inline)]
 pub use meliora_base::{error, progress};
 #[doc(inline)]

@@ -1,5 +1,6 @@
 //! Cancellation and progress.
 
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
 
 use crate::error::Limit;
@@ -32,6 +33,23 @@ pub trait ProgressSink: Send + Sync {
 pub struct NoProgress;
 
 impl ProgressSink for NoProgress {}
+
+/// A sink that ends the work once [`CancellationToken::cancel`] is called, from any thread.
+#[derive(Debug, Default)]
+pub struct CancellationToken(AtomicBool);
+
+impl CancellationToken {
+    /// Ends the work with [`Limit::Interrupted`].
+    pub fn cancel(&self) {
+        self.0.store(true, Relaxed);
+    }
+}
+
+impl ProgressSink for CancellationToken {
+    fn stop(&self) -> Option<Limit> {
+        self.0.load(Relaxed).then_some(Limit::Interrupted)
+    }
+}
 
 /// The number of steps between two queries of a sink; they take some tens of microseconds.
 const STEPS_BETWEEN_QUERIES: u32 = 1 << 10;

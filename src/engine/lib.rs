@@ -8,6 +8,11 @@
 //!   explicit engine, diagrams in several orders of the bits, and for the initial states alone diagrams over all
 //!   valuations and a guided search ([`Guided`]).
 //!
+//! Modules: [`mod@any`] (either engine), [`edge_labels`] (games on goal, dropped and plain edges), [`explicit`],
+//! [`membership`] (tests of many states), `race` (ways in turns, on several threads), [`regions`] (the four regions of a
+//! target), `schedule` (methods of a fixpoint in turns), `selection` (the ways to an answer), `settings`, [`symbolic`],
+//! [`until`] (one temporal operator over sets), and `diagrams` (sets for dumps).
+//!
 //! An engine has two sorts of sets: sets of states and sets of *choices*. A choice set contains
 //! pairs (s, a) of a state s of the scope and an enabled choice a. All algorithms of planning use
 //! only these operations; iteration over states is not part of the interface.

@@ -22,9 +22,10 @@ use meliora_base::progress::ProgressSink;
 const STACK: usize = 512 << 20;
 /// The time after which the limits of the whole work are looked at again.
 const CHECKS: Duration = Duration::from_millis(10);
-/// In place of the way that has won: none so far, and none at all.
+/// In place of the way that has won: none so far, none at all, and none of those whose threads have all ended.
 const OPEN: usize = usize::MAX;
 const NOBODY: usize = usize::MAX - 1;
+const FREE: usize = usize::MAX - 2;
 
 /// The rules of a race.
 #[derive(Debug, Clone, Copy)]
@@ -63,7 +64,7 @@ pub(crate) enum Place {
 struct Race {
     state: Mutex<State>,
     changed: Condvar,
-    /// The way that has won, [`OPEN`] or [`NOBODY`].
+    /// The way that has won, [`OPEN`], [`NOBODY`] or [`FREE`].
     winner: AtomicUsize,
 }
 
@@ -204,6 +205,7 @@ impl Lane {
         match self.race.winner.load(Relaxed) {
             _ if self.is_last => Some(false),
             OPEN => None,
+            FREE => Some(false),
             winner => Some(winner != self.way),
         }
     }
@@ -288,7 +290,7 @@ impl<T: Send> Field<T> {
     /// Gives the ways their turns until one of them wins, or all have ended.
     fn run(&mut self, race: &Race, sink: &dyn ProgressSink, run: Run<'_, T>) -> Over<T> {
         let Field { lanes, ends, left } = self;
-        std::thread::scope(|scope| {
+        let over = std::thread::scope(|scope| {
             let mut state = lock(&race.state);
             let (winner, over) = loop {
                 while let Some((way, until)) = state.next() {
@@ -324,7 +326,10 @@ impl<T: Send> Field<T> {
             race.winner.store(winner, Relaxed);
             race.changed.notify_all();
             over
-        })
+        });
+        // The partial results of a way that a limit has ended can be continued.
+        let _ = race.winner.compare_exchange(NOBODY, FREE, Relaxed, Relaxed);
+        over
     }
 }
 

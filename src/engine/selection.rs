@@ -175,7 +175,8 @@ fn raced<T: Send>(
     let mut seen = [0; 2];
     let weight = |way: &Way| {
         let kind = match way {
-            Way::Explicit | Way::Guided => return 2,
+            Way::Explicit => return 4,
+            Way::Guided => return 2,
             Way::Symbolic(_) => 0,
             Way::Everywhere(_) => 1,
         };
@@ -258,7 +259,10 @@ impl<T: Send> Entrant<'_, '_, T> {
         let place = lane.knows_all_states();
         let selection = Selection { storage: engine.storage(), reason: Some(reason(place)), is_open: false };
         let racer = Racer { way: lane.way, leads: place != Place::Later, selection: selection.clone() };
-        Ok(Some((selection, (self.question.by_states)(&racer, engine)?)))
+        let found = (self.question.by_states)(&racer, engine.clone())?;
+        // The others end now, and the answer may need more memory later.
+        engine.explicit().iter().for_each(|engine| engine.allow(self.settings.memory));
+        Ok(Some((selection, found)))
     }
 
     /// Returns the settings of a way. The one that is the likeliest to be the first has half of the memory.

@@ -2,6 +2,7 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -58,6 +59,8 @@ struct Running {
     child: Child,
     err: BufReader<ChildStderr>,
     said: String,
+    #[cfg_attr(not(target_os = "linux"), expect(dead_code, reason = "ways are counted on Linux only"))]
+    started: Instant,
 }
 
 /// The command line with MODEL and PREFS put in.
@@ -65,9 +68,10 @@ fn start(scratch: &Scratch, arguments: &str) -> Running {
     let arguments = filled(scratch, arguments);
     let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
     command.args(arguments.split(' ')).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let started = Instant::now();
     let mut child = command.spawn().unwrap();
     let err = BufReader::new(child.stderr.take().unwrap());
-    Running { child, err, said: String::new() }
+    Running { child, err, said: String::new(), started }
 }
 
 fn filled(scratch: &Scratch, arguments: &str) -> String {
@@ -131,6 +135,59 @@ fn an_interrupt_ends_every_command_with_130_and_what_is_known() {
         assert_eq!(report["complete"], false, "{command}");
         assert_eq!(report["error"]["message"], "interrupted", "{command}");
         nothing_is_left_behind(&scratch);
+    }
+}
+
+/// Waits until several ways of a race run; false if the run ends before.
+#[cfg(target_os = "linux")]
+fn wait_for_ways(run: &mut Running) -> bool {
+    let tasks = format!("/proc/{}/task", run.child.id());
+    let ways = || {
+        let names = std::fs::read_dir(&tasks).unwrap().map(|task| task.unwrap().path().join("comm"));
+        names
+            .filter(|name| std::fs::read_to_string(name).is_ok_and(|name| name.trim() == "meliora-way"))
+            .count()
+    };
+    while ways() < 3 {
+        if run.child.try_wait().unwrap().is_some() {
+            return false;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    true
+}
+
+/// Returns the seconds after which a run with several ways has ended; infinite if there were no such ways.
+#[cfg(target_os = "linux")]
+fn ends_after(threads: usize, end: &dyn Fn(&mut Running), more: &str, status: i32) -> f64 {
+    let scratch = hard();
+    let mut run = start(&scratch, &format!("check MODEL PREFS --json --quiet --threads {threads}{more}"));
+    if !wait_for_ways(&mut run) {
+        return f64::INFINITY;
+    }
+    end(&mut run);
+    let start = Instant::now();
+    let (found, out, err) = run.end();
+    assert_eq!(found, Some(status), "{err}");
+    assert_eq!(serde_json::from_str::<Value>(&out).unwrap()["complete"], false);
+    start.elapsed().as_secs_f64()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupt_and_the_time_limit_end_all_ways_of_a_race_soon() {
+    let interrupt = |run: &mut Running| {
+        let done = Command::new("kill").args(["-INT", &run.child.id().to_string()]).status().unwrap();
+        assert!(done.success());
+    };
+    // The best of some runs counts, since the machine may be busy.
+    let soon = |seconds: &dyn Fn() -> f64| (0..8).any(|_| seconds() < 0.2);
+    for threads in [1, 2, 4] {
+        assert!(soon(&|| ends_after(threads, &interrupt, "", 130)), "{threads} threads, an interrupt");
+        let late = |run: &mut Running| {
+            std::thread::sleep(Duration::from_secs(3).saturating_sub(run.started.elapsed()));
+        };
+        assert!(soon(&|| ends_after(threads, &late, " --timeout 3s", 4)), "{threads} threads, a time limit");
     }
 }
 

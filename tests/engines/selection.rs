@@ -1,18 +1,17 @@
 //! Several ways race for an answer: whichever ends first, the answer is the same.
 
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::{Arc, Mutex};
 
 use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::regions::{Regions, regions};
 use meliora::engine::{
-    Algebra, AnyEngine, Engine, ExplicitEngine, ProgressSink, Question, Racer, Scope, Selection, Settings,
-    SymbolicEngine,
+    Algebra, AnyEngine, Engine, ExplicitEngine, Question, Racer, Scope, Selection, Settings, SymbolicEngine,
 };
 use meliora::error::{Error, Limit, Result, SourceFile};
 use meliora::lang;
 use meliora::model::predicate::Predicate;
 use meliora::model::{Program, State};
+use meliora::progress::CancellationToken;
 use proptest::prelude::*;
 
 use crate::common::random_program::{random_predicate, random_program};
@@ -202,9 +201,14 @@ fn regions_in_short_turns(threads: usize) -> (Regions<Vec<State>>, Selection, Ve
     let program = program(LONG_FIXPOINTS);
     let asked = Mutex::new(Vec::new());
     let by_states = |racer: &Racer, engine: AnyEngine| {
+        // The question is long for the first to know the states.
+        let rounds = if asked.lock().unwrap().is_empty() { 200 } else { 1 };
         asked.lock().unwrap().push(racer.way);
         let target = engine.singleton(&[1, 0, 0])?;
-        let found = regions(&engine, &target)?;
+        let mut found = regions(&engine, &target)?;
+        for _ in 1..rounds {
+            found = regions(&engine, &target)?;
+        }
         Ok(found.map(|x| engine.list_states(&x, usize::MAX).unwrap()))
     };
     let settings = in_turns(Scope::Reachable, 1, 1 << 12);
@@ -235,14 +239,51 @@ fn an_engine_that_has_won_goes_on_without_turns() {
     assert!(found.is_ok());
 }
 
+/// Answers by the number of the way, in turns so short that each way begins. `by` says what a way does in its
+/// first call, once it knows all states.
+fn each_way(threads: usize, by: &(dyn Fn(&Racer) -> Result<()> + Sync)) -> Result<usize> {
+    let thresholds = Thresholds { lead: 0, ..in_turns(Scope::Reachable, 1, 1 << 10).thresholds };
+    let settings = Settings { threads, thresholds, ..Settings::default() };
+    let by_states = |racer: &Racer, engine: AnyEngine| {
+        by(racer)?;
+        // The others have turns meanwhile.
+        regions(&engine, &engine.singleton(&[1, 0, 0])?)?;
+        Ok(racer.way)
+    };
+    Selection::open().answer(&program(LONG_FIXPOINTS), settings, &Question::of(&by_states))
+}
+
+#[test]
+fn a_real_way_that_panics_or_has_no_memory_does_the_same_in_each_position() {
+    for threads in [1, 2, 8] {
+        let known = Mutex::new(Vec::new());
+        each_way(threads, &|racer| {
+            known.lock().unwrap().push(racer.way);
+            Ok(())
+        })
+        .unwrap();
+        let known = known.into_inner().unwrap();
+        assert!(!known.is_empty());
+        for way in known {
+            let full = || Err(Limit::Memory { what: "a table".to_owned() }.into());
+            let left = each_way(threads, &|racer| if racer.way == way { full() } else { Ok(()) });
+            assert_ne!(left.unwrap(), way, "another way has the answer");
+            // Ways that no race with all cores needs may end before they begin.
+            let raced = || each_way(1, &|racer| if racer.way == way { panic!("a fault") } else { Ok(()) });
+            let panic = std::panic::catch_unwind(raced);
+            assert!(threads > 1 || panic.is_err(), "the fault is passed on");
+        }
+    }
+}
+
 #[test]
 fn a_cancelled_question_ends_all_ways() {
     for threads in [1, 2, 4] {
-        let sink = Arc::new(Stopping::default());
+        let sink = Arc::new(CancellationToken::default());
         let settings =
             Settings { threads, sink: Arc::clone(&sink) as _, ..in_turns(Scope::Reachable, 1, 1 << 10) };
         let by_states = |_: &Racer, engine: AnyEngine| {
-            sink.0.store(true, Relaxed);
+            sink.cancel();
             // This way never ends, and the others wait for their turns.
             loop {
                 regions(&engine, &engine.singleton(&[1, 0, 0])?)?;
@@ -251,16 +292,6 @@ fn a_cancelled_question_ends_all_ways() {
         let found: Result<()> =
             Selection::open().answer(&program(LONG_FIXPOINTS), settings, &Question::of(&by_states));
         assert!(matches!(found, Err(Error::Limit(Limit::Interrupted))));
-    }
-}
-
-/// A sink that ends the work once it is true.
-#[derive(Default)]
-struct Stopping(AtomicBool);
-
-impl ProgressSink for Stopping {
-    fn stop(&self) -> Option<Limit> {
-        self.0.load(Relaxed).then_some(Limit::Interrupted)
     }
 }
 

@@ -138,6 +138,11 @@ impl ExplicitEngine {
     /// Sets the most bytes of its arrays.
     pub(crate) fn set_memory(&mut self, bytes: u64) {
         self.settings.memory = bytes;
+        self.allow(bytes);
+    }
+
+    /// Sets the most bytes of the arrays of this engine and its clones.
+    pub(crate) fn allow(&self, bytes: u64) {
         self.meter.set_limit(bytes);
     }
 

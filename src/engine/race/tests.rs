@@ -1,10 +1,9 @@
 //! Races of ways that count to a number.
 
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use super::*;
-use meliora_base::progress::NoProgress;
+use meliora_base::progress::{CancellationToken, NoProgress};
 
 /// The numbers of ways that run at once.
 const THREADS: [usize; 4] = [1, 2, 3, 8];
@@ -149,26 +148,16 @@ fn the_first_to_know_all_states_leads() {
     }
 }
 
-/// A sink that ends the work.
-#[derive(Default)]
-struct Stopping(AtomicBool);
-
-impl ProgressSink for Stopping {
-    fn stop(&self) -> Option<Limit> {
-        self.0.load(Relaxed).then_some(Limit::Interrupted)
-    }
-}
-
 #[test]
 fn a_limit_of_the_whole_work_ends_all_ways_soon() {
     for threads in THREADS {
-        let sink = Arc::new(Stopping::default());
+        let sink = Arc::new(CancellationToken::default());
         let ended = Mutex::new(None);
         let found: Result<()> =
             race(rules(threads), &[2, 2, 1], &*sink, &|_| Arc::clone(&sink) as _, &|lane| {
                 work(lane, 200)?;
                 lock(&ended).get_or_insert_with(Instant::now);
-                sink.0.store(true, Relaxed);
+                sink.cancel();
                 work(lane, u64::MAX).map(|()| None)
             });
         assert!(matches!(found, Err(Error::Limit(Limit::Interrupted))));

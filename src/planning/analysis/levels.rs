@@ -283,7 +283,7 @@ fn positively<E: Engine>(
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
     let within = before.map_or(&arena.choices, |game| &game.choices);
-    let goals = winning(engine, &engine.all_choices(), &edge_labels)?;
+    let goals = winning(engine, within, &edge_labels)?;
     let states = engine.can_win(&goals, within, &edge_labels)?;
     let choices = engine.choices_in(within, &states)?;
     Ok(Game { edge_labels, states, choices })

@@ -77,12 +77,14 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let to = 1 - at;
         let new = self.both(Walk::minus, &halves[at].reached, &halves[at].crossed)?;
         halves[at].crossed = halves[at].reached.clone();
-        let mut reached = halves[to].reached.clone();
+        // The new sets are small, so they are united with each other first.
+        let mut entered = self.store.zero();
         for (index, cofactor) in arcs.iter().enumerate().filter(|(_, cofactor)| !cofactor.is_empty()) {
             let (except, allowed) = (&halves[at].parts[index].except, &halves[to].parts[index].allowed);
-            let entered = self.enter(&new, except, allowed, cofactor)?;
-            reached = self.both(Walk::or, &reached, &entered)?;
+            let own = self.enter(&new, except, allowed, cofactor)?;
+            entered = self.both(Walk::or, &entered, &own)?;
         }
+        let reached = self.both(Walk::or, &halves[to].reached, &entered)?;
         halves[to].open |= reached != halves[to].reached;
         halves[to].reached = reached;
         Ok(())

@@ -31,8 +31,8 @@ impl Default for Thresholds {
         Thresholds {
             relations_per_bit: 4,
             first_turn: 1 << 19,
-            work_before_diagrams: 1 << 16,
-            lead: 32,
+            work_before_diagrams: 1 << 18,
+            lead: 128,
             cache: 1 << 20,
             first_collection: 16_000_000,
         }
