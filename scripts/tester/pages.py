@@ -147,9 +147,9 @@ class Page:
             if ladder["unbounded"] is not None and self.holds(ladder["unbounded"], state):
                 got = "unbounded"
             self.context.same(f"{kind} rank of a page at {state}", found.rank(self.one(state)), got)
-            permitted = sorted(self.called(choice) for choice in found.permitted(self.one(state)))
             edges = zip(self.data["choices"], ladder["permitted"])
             got = sorted(self.name(choice, state) for choice, edge in edges if self.holds(edge, state))
+            permitted = sorted(self.called(choice, got) for choice in found.permitted(self.one(state)))
             self.context.same(f"{kind} permits at {state} of a page", permitted, got)
 
     def mover(self, state):
@@ -172,8 +172,9 @@ class Page:
             for move in game["moves"]
             if self.holds(move["enabled"], state)
         ]
+        names = [name for name, *_ in got]
         context.same(
-            f"moves of a page at {state}", sorted((self.called(c), *self.move(one, c)) for c in theirs), sorted(got)
+            f"moves of a page at {state}", sorted((self.called(c, names), *self.move(one, c)) for c in theirs), sorted(got)
         )
 
     def name(self, choice, state):
@@ -181,11 +182,12 @@ class Page:
         several = choice["several"] is not None and self.holds(choice["several"], state)
         return choice["own"] if several else choice["name"]
 
-    def called(self, choice):
+    def called(self, choice, here=()):
         """The name of a choice in the page: its label; where others have the label, too, or without one, the names of
-        all commands that have its number; or in a dtmc `uniform`, the only choice."""
+        all commands that have its number, among those `here` if it is one of them; or in a dtmc `uniform`, the only
+        choice."""
         is_full = choice.name != label(choice.name)
-        names = (c["own" if is_full else "name"] for c in self.data["choices"])
+        names = [*here, *(c["own" if is_full else "name"] for c in self.data["choices"])]
         found = (name for name in names if stands_for(name, choice.name))
         return next(found, "uniform" if self.context.case.kind == "dtmc" else choice.name)
 
