@@ -88,6 +88,7 @@ fn a_battery_that_hides_most_cells_is_open_and_the_other_pale_cells_speak_of_oth
     // With the full battery of the start, 19 of 20 cells would be pale.
     assert_eq!(data(&page)["opening"], serde_json::json!([2, 2, null, 0, 0, 0, 0]));
     assert!(page.contains("each cell shows the best of these."));
+    assert!(page.contains("<code>--safety action</code> counts"), "options are no text in backticks");
     let maps = page.matches("<figure class=\"map\"").count();
     assert!(maps > 3);
     assert_eq!(page.matches("class=\"cell elsewhere\"").count(), maps * 3);

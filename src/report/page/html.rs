@@ -82,7 +82,7 @@ fn header(content: &Content<'_>) -> Markup {
             h1 { (file_name(check.header.path())) span { " with " (file_name(preferences)) } }
             p.hint {
                 @if !constants.is_empty() { (constants) " · " }
-                @if let Some(counts) = &check.result.counts { (text::grouped(&counts.states)) " states · " }
+                @if let Some(counts) = &check.result.counts { (text::grouped(&counts.states)) @if counts.states.to_string() == "1" { " state · " } @else { " states · " } }
                 (settings.collect::<Vec<_>>().join(" · "))
                 @if let Some(engine) = check.header.engine { " · engine " (engine) }
             }
@@ -99,7 +99,7 @@ fn verdict(content: &Content<'_>) -> Markup {
             @for (index, state) in initial.iter().enumerate() {
                 @if index < LISTED {
                     (card(content, state, content.outlook.and_then(|outlook| outlook.promises.get(index)?.as_ref())))
-                    @if let Some(note) = ranks::differing(state, content.check.by_step.get(index)) { p.hint { (note) } }
+                    @if let Some(note) = ranks::differing(state, content.check.by_step.get(index)) { p.hint { (with_code(&note)) } }
                 }
             }
             @if let Some(promise) = game::promise(&content.check.players) { p.hint { (promise) } }
@@ -152,6 +152,13 @@ fn state(content: &Content<'_>, initial: &Prospects) -> Markup {
     };
     let holds = variables.zip(initial.values.cells()).filter_map(reading);
     values(&holds.collect::<Vec<_>>().join(", "))
+}
+
+/// Renders a text whose options stand in backticks.
+fn with_code(text: &str) -> Markup {
+    html! {
+        @for (at, part) in text.split('`').enumerate() { @if at % 2 == 1 { code { (part) } } @else { (part) } }
+    }
 }
 
 /// Renders values of variables; a narrow page may break them after commas.

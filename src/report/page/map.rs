@@ -284,7 +284,7 @@ fn marks(paint: &Paint<'_>, marks: &[Placed]) -> Markup {
         g.marks {
             text.corners {
                 @for (corner, glyph, is_pale) in paint.marks.corners(marks) {
-                    tspan.end[corner % 2 == 1].pale[is_pale] x=(if corner % 2 == 0 { 3 } else { SIDE - 3 }) y=(if corner < 2 { 12 } else { SIDE - 4 }) { (glyph) }
+                    tspan.end[corner % 2 == 1].pale[is_pale] x=(if corner % 2 == 0 { 3 } else { SIDE - 3 }) y=(if corner < 2 { 11 } else { SIDE - 4 }) { (glyph) }
                 }
             }
             text.single.pair[single.chars().count() > 1].pale[pale] x=(SIDE / 2) y="29" { (single) }

@@ -245,7 +245,7 @@
     const paler = (class_, pale) => (pale ? class_ + ' pale' : class_);
     const corners = glyphs.map((glyph, i) => {
       const corner = i < targets ? i : 3 - (i - targets);
-      return shape('tspan', { class: paler(corner % 2 ? 'end' : '', glyph !== '+' && marks[i].pale), x: corner % 2 ? 37 : 3, y: corner < 2 ? 12 : 36 }, glyph);
+      return shape('tspan', { class: paler(corner % 2 ? 'end' : '', glyph !== '+' && marks[i].pale), x: corner % 2 ? 37 : 3, y: corner < 2 ? 11 : 36 }, glyph);
     });
     const label = targets === 0 || (marks.length > 4 && marks.every(({ number }) => !data.marks[number].target));
     const pale = marks.every((mark) => mark.pale);
