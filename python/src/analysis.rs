@@ -55,10 +55,24 @@ impl Analysis {
     /// # Errors
     /// A limit is reached, with the results so far.
     pub(crate) fn run(py: Python<'_>, handle: Handle, origin: Arc<Origin>, call: &Call) -> PyResult<Self> {
+        let end = handle.run(py, call);
+        Analysis::ended(py, handle, origin, end.err())
+    }
+
+    /// Returns an analysis that has ended.
+    ///
+    /// # Errors
+    /// The failure that has ended it, with the results so far.
+    pub(crate) fn ended(
+        py: Python<'_>,
+        handle: Handle,
+        origin: Arc<Origin>,
+        failure: Option<Failure>,
+    ) -> PyResult<Self> {
         let analysis = Analysis { handle, origin };
-        match analysis.handle.run(py, call) {
-            Ok(()) => Ok(analysis),
-            Err(failure) => Err(analysis.failed(py, failure)),
+        match failure {
+            None => Ok(analysis),
+            Some(failure) => Err(analysis.failed(py, failure)),
         }
     }
 

@@ -4,10 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use meliora::engine::Engine;
 use meliora::engine::regions::Which;
-use meliora::model::State;
+use meliora::model::{Program, State};
 use meliora::planning::result::ModelCounts;
 use meliora::supervise::{Reporter, lock};
-use meliora::{Options, Reached, Safety, Settings, States};
+use meliora::{Event, Options, Reached, Safety, Settings, States};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -68,29 +68,68 @@ impl Exploration {
         options: Options,
         call: &Call,
     ) -> PyResult<Analysis> {
-        if options.safety == Safety::Transition && self.inner.engine().is_game() {
-            let others = "\"action\" and \"prefix\" hold against every strategy of the opponent";
-            return Err(usage(format!("safety=\"transition\" of a game is not supported; {others}")));
-        }
+        supports(self.inner.program(), options.safety)?;
         let (inner, source) = (self.inner.clone(), Arc::clone(&preferences.get().source));
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("preferences", String::new());
             inner.prefer(&source, options)
         };
         let analysis = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        let names = self.space.names.of_product(py, analysis.program());
-        let space = Space { worker: Arc::clone(&self.space.worker), names };
-        let exploration = Exploration::new(analysis.exploration(), space.clone(), self.model.clone_ref(py));
-        let origin = Origin {
-            model: self.model.clone_ref(py),
-            program: Arc::clone(self.inner.program()),
-            exploration: Py::new(py, exploration)?.into_any(),
-            preferences,
-            storage: self.inner.engine().storage(),
-            scope: self.inner.engine().settings().scope,
-            safety: options.safety,
+        let program = Arc::clone(self.inner.program());
+        let (handle, origin) =
+            begun(py, (&self.space, &self.model), program, analysis, (preferences, options))?;
+        Analysis::run(py, handle, Arc::new(origin), call)
+    }
+
+    /// Runs a whole analysis by the first of several ways to end; `object` is the model in Python.
+    ///
+    /// # Errors
+    /// The errors of [`Exploration::analyse`].
+    pub(crate) fn analyse_by_any(
+        (model, object): (&meliora::Model, Bound<'_, PyAny>),
+        space: &Space,
+        settings: Settings,
+        (preferences, options): (Py<Preferences>, Options),
+        call: &Call,
+    ) -> PyResult<Analysis> {
+        let (py, program) = (object.py(), Arc::clone(model.program()));
+        supports(&program, options.safety)?;
+        let (model, source) = (model.clone(), Arc::clone(&preferences.get().source));
+        let supervisor = Arc::clone(&space.worker.supervisor);
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("states", String::new());
+            let listen = |event: Event<'_>| {
+                if let Event::Part(phase, part) = event {
+                    supervisor.set_position(phase.name(), part.to_owned());
+                }
+            };
+            model.check_by_any(&source, options, settings, &listen)
         };
-        Analysis::run(py, Handle::new(analysis, space), Arc::new(origin), call)
+        let (analysis, limit) = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let place = (space, &object.unbind());
+        let (handle, origin) = begun(py, place, program, analysis, (preferences, options))?;
+        let limit = limit.map(|limit| Failure::of(limit.into()).at(space.worker.supervisor.position()));
+        Analysis::ended(py, handle, Arc::new(origin), limit)
+    }
+
+    /// Answers a question about paths by the first of several ways to end.
+    ///
+    /// # Errors
+    /// The errors of [`meliora::Model::ask_by_any`], and of the call.
+    pub(crate) fn reach_by_any(
+        py: Python<'_>,
+        (model, question): (&meliora::Model, String),
+        space: &Space,
+        settings: Settings,
+        call: &Call,
+    ) -> PyResult<Reachability> {
+        let model = model.clone();
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("target", String::new());
+            model.ask_by_any(settings, &|explored| explored.reach_where(&question))
+        };
+        let found = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        Reachability::of(py, space, found)
     }
 
     /// Answers a question about paths that is given as text.
@@ -107,13 +146,17 @@ impl Exploration {
         py: Python<'_>,
         (model, question): (&meliora::Model, String),
         space: &Space,
-        settings: Settings,
+        (settings, is_any): (Settings, bool),
         call: &Call,
     ) -> PyResult<Reachability> {
         let model = model.clone();
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("target", String::new());
-            model.reach_stopping(&question, settings)
+            if is_any {
+                model.reach_stopping_by_any(&question, settings)
+            } else {
+                model.reach_stopping(&question, settings)
+            }
         };
         let found = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
         Reachability::of(py, space, found)
@@ -156,6 +199,40 @@ impl Exploration {
         };
         Ok(self.space.region(states))
     }
+}
+
+/// Refuses a safety mode that is not supported for games.
+fn supports(program: &Program, safety: Safety) -> PyResult<()> {
+    if safety == Safety::Transition && program.players.is_some() {
+        let others = "\"action\" and \"prefix\" hold against every strategy of the opponent";
+        return Err(usage(format!("safety=\"transition\" of a game is not supported; {others}")));
+    }
+    Ok(())
+}
+
+/// Returns an analysis with the objects and options that it comes from.
+fn begun(
+    py: Python<'_>,
+    (space, model): (&Space, &Py<PyAny>),
+    program: Arc<Program>,
+    analysis: meliora::Analysis,
+    (preferences, options): (Py<Preferences>, Options),
+) -> PyResult<(Handle, Origin)> {
+    let names = space.names.of_product(py, analysis.program());
+    let space = Space { worker: Arc::clone(&space.worker), names };
+    let engine = analysis.whole_engine();
+    let (storage, scope) = (engine.storage(), engine.settings().scope);
+    let exploration = Exploration::new(analysis.exploration(), space.clone(), model.clone_ref(py));
+    let origin = Origin {
+        model: model.clone_ref(py),
+        program,
+        exploration: Py::new(py, exploration)?.into_any(),
+        preferences,
+        storage,
+        scope,
+        safety: options.safety,
+    };
+    Ok((Handle::new(analysis, space), origin))
 }
 
 #[pymethods]

@@ -26,7 +26,8 @@ pub(crate) struct Handle {
 
 impl Handle {
     pub(crate) fn new(analysis: Analysis, space: Space) -> Self {
-        Handle { analysis: Arc::new(Mutex::new(analysis)), known: Arc::default(), space }
+        let known = Arc::new(Mutex::new(analysis.result().clone()));
+        Handle { analysis: Arc::new(Mutex::new(analysis)), known, space }
     }
 
     /// Returns the results so far. Does not wait for the analysis, which may be running.

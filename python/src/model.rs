@@ -4,11 +4,11 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::SourceFile;
 use meliora::error::render;
 use meliora::lang::{Document, Given};
 use meliora::model::ModelKind;
 use meliora::supervise::{Reporter, memory};
+use meliora::{Settings, SourceFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
@@ -85,11 +85,10 @@ impl Model {
         &self.inner.program().source.name
     }
 
-    fn explored(slf: &Bound<'_, Self>, asked: &Asked<'_, '_>, call: &Call) -> PyResult<Exploration> {
-        let model = slf.get();
+    /// Returns a space with a new worker, the settings, and whether several ways race.
+    fn space(&self, asked: &Asked<'_, '_>) -> PyResult<(Space, Settings, bool)> {
         let (settings, is_any, worker) = asked.settings()?;
-        let space = Space { worker, names: Arc::clone(&model.names) };
-        Exploration::explore((&model.inner, slf.clone().into_any()), space, (settings, is_any), call)
+        Ok((Space { worker, names: Arc::clone(&self.names) }, settings, is_any))
     }
 }
 
@@ -383,7 +382,7 @@ impl Model {
     /// Args:
     ///     scope: The valuations that are states: "reachable" from the initial states, or "all".
     ///     engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list,
-    ///         "auto" for the first of both to know all states.
+    ///         "auto" for the first of both to know all states; in `check` and `reach`, the answer.
     ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
     ///         the machine's memory.
     ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
@@ -405,8 +404,9 @@ impl Model {
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Exploration> {
-        let asked = Asked { scope, engine, memory, order };
-        Model::explored(slf, &asked, &Call::new(timeout, progress)?)
+        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
+        let call = Call::new(timeout, progress)?;
+        Exploration::explore((&slf.get().inner, slf.clone().into_any()), space, (settings, is_any), &call)
     }
 
     /// Computes the states from which improvements are possible or sure, and how many. Explores the
@@ -438,11 +438,15 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Analysis> {
         let py = slf.py();
-        let asked = Asked { scope, engine, memory, order };
+        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
         let options = options::planning(safety, max_level)?;
         let call = Call::new(timeout, progress)?;
         let preferences: Py<Preferences> = preferences::given(py, preferences, slf.get().inner.program())?;
-        Model::explored(slf, &asked, &call)?.analyse(py, preferences, options, &call)
+        let given = (&slf.get().inner, slf.clone().into_any());
+        if is_any {
+            return Exploration::analyse_by_any(given, &space, settings, (preferences, options), &call);
+        }
+        Exploration::explore(given, space, (settings, false), &call)?.analyse(py, preferences, options, &call)
     }
 
     /// Computes the four qualitative regions of a target: `explore` followed by
@@ -471,16 +475,17 @@ impl Model {
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Reachability> {
-        let asked = Asked { scope, engine, memory, order };
+        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
         let call = Call::new(timeout, progress)?;
+        let question = (&slf.get().inner, target.to_owned());
         if stop_at_target {
-            let model = slf.get();
-            let (settings, _, worker) = asked.settings()?;
-            let space = Space { worker, names: Arc::clone(&model.names) };
-            let question = (&model.inner, target.to_owned());
-            return Exploration::reach_stopping(slf.py(), question, &space, settings, &call);
+            return Exploration::reach_stopping(slf.py(), question, &space, (settings, is_any), &call);
         }
-        Model::explored(slf, &asked, &call)?.reach_text(slf.py(), target.to_owned(), &call)
+        if is_any {
+            return Exploration::reach_by_any(slf.py(), question, &space, settings, &call);
+        }
+        let given = (question.0, slf.clone().into_any());
+        Exploration::explore(given, space, (settings, false), &call)?.reach_text(slf.py(), question.1, &call)
     }
 
     fn __repr__(&self) -> String {

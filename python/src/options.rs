@@ -95,8 +95,8 @@ pub(crate) struct Asked<'a, 'py> {
 }
 
 impl Asked<'_, '_> {
-    /// Converts the options to settings of the library, with a new worker, and whether the engine that is the first to
-    /// know all states is taken: that is so for "auto" without an order.
+    /// Converts the options to settings of the library, with a new worker, and whether several ways race: that is so
+    /// for "auto" without an order.
     ///
     /// # Errors
     /// `UsageError` if an option is unknown, or options are inconsistent.
@@ -114,6 +114,7 @@ impl Asked<'_, '_> {
             storage: named.unwrap_or_default(),
             memory,
             order,
+            threads: std::thread::available_parallelism().map_or(1, usize::from),
             sink: Arc::clone(&worker.supervisor) as _,
             ..Settings::default()
         };

@@ -254,3 +254,18 @@ def test_both_engines_agree_on_everything(robot: meliora.Model, wishes: meliora.
     assert one.region_names == other.region_names
     for name in one.region_names:
         assert list(one.region(name)) == list(other.region(name)), name
+
+
+def test_the_engine_auto_answers_whole_questions(robot: meliora.Model) -> None:
+    wishes = MODELS / "robot5x5.pref"
+    one, raced = robot.check(wishes), robot.check(wishes, engine="auto")
+    assert raced.complete and raced.engine in ("symbolic", "explicit")
+    assert raced.counts == one.counts
+    for part in ("objectives", "classes", "sasi", "spi", "initial"):
+        assert raced.to_dict()[part] == one.to_dict()[part]
+    target = "r=2 & c=2"
+    for stops in (False, True):
+        found = [robot.reach(target, stop_at_target=stops, engine=name) for name in ("symbolic", "auto")]
+        assert found[0].pmax_one.count() == found[1].pmax_one.count()
+    with pytest.raises(meliora.InputError):
+        robot.check(meliora.Preferences.from_string("objective A = F nothing=1;"), engine="auto")

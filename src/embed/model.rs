@@ -2,18 +2,19 @@
 
 use std::borrow::Borrow;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::{Exploration, Reached};
-use crate::reach::{Stopping, check_start};
-use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use super::{Analysis, Exploration, Reached};
+use crate::reach::{Asking, Stopping, check_start};
+use meliora_base::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use meliora_base::progress::{NoProgress, ProgressSink};
 use meliora_base::value::{Type, Value};
-use meliora_engine::{AnyEngine, Scope, Selection, Settings};
+use meliora_engine::{AnyEngine, Question, Racer, Scope, Selection, Settings};
 use meliora_formats::Document;
 use meliora_lang::{self as lang, Given};
 use meliora_model::players::Player;
 use meliora_model::{ModelKind, Program, State};
+use meliora_planning::{Event, Options};
 use meliora_quantities::answer::PRECISION;
 
 /// A model, checked and flat, but not explored. It is read from a text in PRISM's language or in
@@ -122,6 +123,60 @@ impl Model {
         self.explored(Selection::open().build(&self.program, settings)?)
     }
 
+    /// Answers a question by the first of several ways to end: the explicit engine, or diagrams in one of several orders.
+    /// Each way explores the states and asks alone; as many of them run at once as the settings have threads.
+    /// The answer must not depend on the way. With one thread, every run takes the same.
+    ///
+    /// # Errors
+    /// The errors of [`Model::explore`] and of the question.
+    pub fn ask_by_any<T: Send>(
+        &self,
+        settings: Settings,
+        ask: &(dyn Fn(&Exploration) -> Result<T> + Sync),
+    ) -> Result<T> {
+        let by_states = |_: &Racer, engine: AnyEngine| ask(&self.explored(engine)?);
+        Selection::open().answer(&self.program, settings, &Question::of(&by_states))
+    }
+
+    /// Runs a whole analysis by the first of several ways to end, as [`Model::ask_by_any`]. The listener hears the
+    /// events of the way that leads. Returns the analysis, and the limit that has ended it, if one has.
+    ///
+    /// # Errors
+    /// The errors of [`Exploration::prefer`] and [`Analysis::run`](meliora_planning::Analysis::run), except for a
+    /// limit that leaves partial results.
+    pub fn check_by_any(
+        &self,
+        preferences: &Arc<SourceFile>,
+        options: Options,
+        settings: Settings,
+        listener: &(dyn Fn(Event<'_>) + Sync),
+    ) -> Result<(Analysis, Option<Limit>)> {
+        let partial: Mutex<Option<Analysis>> = Mutex::default();
+        let by_states = |racer: &Racer, engine: AnyEngine| {
+            // One way has partial results at a time.
+            racer.leads.then(|| lock(&partial).take());
+            let mut analysis = self.explored(engine)?.prefer(preferences, options)?;
+            let heard = &mut |event: Event<'_>| {
+                if racer.leads {
+                    listener(event);
+                }
+            };
+            match analysis.run(heard) {
+                Ok(()) => Ok(analysis),
+                Err(error) => {
+                    racer.leads.then(|| *lock(&partial) = Some(analysis));
+                    Err(error)
+                }
+            }
+        };
+        let found = Selection::open().answer(&self.program, settings, &Question::of(&by_states));
+        match (found, lock(&partial).take()) {
+            (Ok(analysis), _) => Ok((analysis, None)),
+            (Err(Error::Limit(limit)), Some(analysis)) => Ok((analysis, Some(limit))),
+            (Err(error), _) => Err(error),
+        }
+    }
+
     fn explored(&self, engine: AnyEngine) -> Result<Exploration> {
         check_start(&engine, &self.program)?;
         Ok(Exploration::of(engine, self.named.clone()))
@@ -135,17 +190,36 @@ impl Model {
     /// The errors of [`Model::explore`] and [`Exploration::reach_where`]; no state decides the question;
     /// the scope has every valuation.
     pub fn reach_stopping(&self, question: &str, settings: Settings) -> Result<Reached> {
-        if settings.scope == Scope::All {
+        let (program, asking) = self.stopping(question, settings.scope)?;
+        let engine = AnyEngine::new(Arc::clone(asking.goal.program(&program)), settings)?;
+        self.stopped(&program, &asking, engine)
+    }
+
+    /// Does the same as [`Model::reach_stopping`] by the first of several ways to end; see [`Model::ask_by_any`].
+    ///
+    /// # Errors
+    /// The errors of [`Model::reach_stopping`].
+    pub fn reach_stopping_by_any(&self, question: &str, settings: Settings) -> Result<Reached> {
+        let (program, asking) = self.stopping(question, settings.scope)?;
+        let by_states = |_: &Racer, engine: AnyEngine| self.stopped(&program, &asking, engine);
+        Selection::open().answer(asking.goal.program(&program), settings, &Question::of(&by_states))
+    }
+
+    /// Returns the part of the model that decides a question, and the question about it.
+    fn stopping(&self, question: &str, scope: Scope) -> Result<(Arc<Program>, Asking)> {
+        if scope == Scope::All {
             let message = "paths can stop at a target only where the reachable states are explored, not where \
                            every valuation is a state";
             return Err(Error::Usage(message.to_owned()));
         }
         let Stopping { program, asking } =
             Stopping::parse(&self.program, &SourceFile::new("condition", question))?;
-        let program = Arc::new(program);
-        let engine = AnyEngine::new(Arc::clone(asking.goal.program(&program)), settings)?;
+        Ok((Arc::new(program), asking))
+    }
+
+    fn stopped(&self, program: &Arc<Program>, asking: &Asking, engine: AnyEngine) -> Result<Reached> {
         check_start(&engine, &self.program)?;
-        Reached::of(&asking, &program, engine, PRECISION, self.named.clone())
+        Reached::of(asking, program, engine, PRECISION, self.named.clone())
     }
 
     /// Parses a state: `r=2,c=2,d=false`. Missing variables get their initial values.
@@ -164,4 +238,8 @@ impl Model {
             (variable.name.as_str(), value)
         })
     }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

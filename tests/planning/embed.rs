@@ -1,15 +1,17 @@
 //! The owning types for programs that embed the library.
 
-use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 
 use meliora::engine::{Count, Engine};
 use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
-use meliora::planning::{Scheduler, Setup, Simulation};
+use meliora::planning::{Phase, Scheduler, Setup, Simulation};
 use meliora::projections::Plane;
 use meliora::{
-    Drawing, Error, Kind, Limit, Model, Options, Rank, Safety, Scope, Settings, SourceFile, Storage, lang,
+    Drawing, Error, Event, Kind, Limit, Model, Options, ProgressSink, Rank, Reached, Safety, Scope, Settings,
+    SourceFile, Storage, lang,
 };
 
 const TOY: &str = "mdp
@@ -343,4 +345,75 @@ fn preferences_that_prefer_nothing_have_a_warning() {
     let [warning] = &warnings("objective A = F s=4; objective B = F s=3;")[..] else { panic!("one warning") };
     assert!(warning.starts_with("prefers no objective to another: only gaining"), "{warning}");
     assert_eq!(warnings("objective A = F s=4; objective B = F s=3; prefer A > B;"), [""; 0]);
+}
+
+#[test]
+fn the_first_of_several_ways_answers_a_whole_question() {
+    let expected = toy().explore(Settings::default()).unwrap().reach_where("P>=1 [ F s=3 ]").unwrap();
+    let of = |found: &Reached| found.regions.clone().map(|states| states.list(9).unwrap());
+    for threads in [1, 3] {
+        let settings = Settings { threads, memory: 64 << 20, ..Settings::default() };
+        let found = toy().ask_by_any(settings.clone(), &|explored| explored.reach_where("P>=1 [ F s=3 ]"));
+        assert_eq!(of(&found.unwrap()), of(&expected));
+        let stopping = toy().reach_stopping_by_any("P>=1 [ F s=3 ]", settings.clone()).unwrap();
+        assert_eq!(stopping.holds, expected.holds);
+        let wrong = toy().ask_by_any(settings, &|explored| explored.reach_where("P>=1 [ F q=3 ]"));
+        assert!(matches!(wrong, Err(Error::Input(_))));
+    }
+}
+
+#[test]
+fn a_whole_analysis_by_any_way_is_that_of_one() {
+    let mut expected =
+        toy().explore(Settings::default()).unwrap().prefer(&wishes(), Options::default()).unwrap();
+    expected.run(&mut |_| ()).unwrap();
+    for threads in [1, 3] {
+        let settings = Settings { threads, memory: 64 << 20, ..Settings::default() };
+        let phases = Mutex::new(Vec::new());
+        let listen = |event: Event<'_>| {
+            if let Event::Finished(phase, _) = event {
+                phases.lock().unwrap().push(phase);
+            }
+        };
+        let (found, limit) = toy().check_by_any(&wishes(), Options::default(), settings, &listen).unwrap();
+        assert!(limit.is_none());
+        assert_eq!(format!("{:?}", found.result()), format!("{:?}", expected.result()));
+        assert_eq!(phases.into_inner().unwrap(), Phase::ALL);
+    }
+}
+
+/// A sink that ends the work while it is true.
+#[derive(Default)]
+struct Switch(AtomicBool);
+
+impl ProgressSink for Switch {
+    fn stop(&self) -> Option<Limit> {
+        self.0.load(Relaxed).then_some(Limit::Interrupted)
+    }
+}
+
+#[test]
+fn an_analysis_by_any_way_that_a_limit_ends_can_be_continued() {
+    // Each phase asks the sink, since there are 10,000 states.
+    let text = "mdp module m x : [0..9999]; [] x<9999 -> 0.5: (x'=x+1) + 0.5: true; [] x<9999 -> (x'=x+1); endmodule";
+    let model = Model::parse(text, "").unwrap();
+    let wishes =
+        SourceFile::new("w.pref", "objective Far = F x=9999; objective Near = F x=9; prefer Far > Near;");
+    for threads in [1, 3] {
+        let sink = Arc::new(Switch::default());
+        let settings =
+            Settings { threads, memory: 64 << 20, sink: Arc::clone(&sink) as _, ..Settings::default() };
+        let listen = |event: Event<'_>| {
+            if let Event::Finished(Phase::Counts, _) = event {
+                sink.0.store(true, Relaxed);
+            }
+        };
+        let found = model.check_by_any(&wishes, Options::default(), settings, &listen);
+        let (mut analysis, limit) = found.unwrap();
+        assert!(matches!(limit, Some(Limit::Interrupted)));
+        assert!(analysis.is_done(Phase::Counts) && !analysis.is_done(Phase::Spi));
+        sink.0.store(false, Relaxed);
+        analysis.run(&mut |_| ()).unwrap();
+        assert!(analysis.is_done(Phase::Spi));
+    }
 }

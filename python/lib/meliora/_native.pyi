@@ -250,7 +250,7 @@ class Model:
         Args:
             scope: The valuations that are states: "reachable" from the initial states, or "all".
             engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list,
-                "auto" for the first of both to know all states.
+                "auto" for the first of both to know all states; in `check` and `reach`, the answer.
             memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
                 the machine's memory.
             order: The order of the bits in diagrams: "auto", "declared", or names of variables or
