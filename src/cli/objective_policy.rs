@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use meliora::reach::Asking;
+use meliora::reach::plan::Plan;
 use meliora_base::error::Error;
 use meliora_quantities::answer::PRECISION;
 use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::OneQuestion;
 
-use super::asked::{Asked, Stated};
+use super::asked::{Asked, Texts};
 use super::exit::Status;
 use super::given::Given;
 use super::load::{self, Question};
@@ -57,7 +58,8 @@ impl OfObjective {
         let asked = if self.preferences.preferences.as_os_str().is_empty() {
             let label = format!("\"{name}\"");
             let target = self.objective.as_ref().map(|_| label.as_str());
-            load::asked(&self.model, target, &[], &[], false, sink)?
+            let texts = Texts { target, properties: &[], require: &[], regions: false };
+            Asked::read(&self.model, &texts, sink)?
         } else {
             let Question { program, preferences, overlap, .. } =
                 load::question(&self.model, &self.preferences, sink)?;
@@ -70,8 +72,7 @@ impl OfObjective {
                 return Err(wrong(message.to_owned()));
             };
             let asking = Asking::states(&program, target.clone(), &[])?;
-            let questions = vec![Stated { position: 0, text: name.to_owned(), asking }];
-            Asked { program, questions, terms: Vec::new(), required: Vec::new(), is_list: false, overlap }
+            Asked { program, plan: Plan::of(asking, name), required: Vec::new(), is_list: false, overlap }
         };
         job.update(|r| r.properties = vec![PropertyAnswer::open(None, name.to_owned(), None)]);
         Ok(asked)
