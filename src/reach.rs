@@ -2,13 +2,14 @@
 
 mod asking;
 pub mod evaluate;
+pub mod plan;
 mod start;
 mod stopping;
 mod under;
 
 use std::sync::Arc;
 
-pub use asking::Asking;
+pub use asking::{Asking, only_query};
 use meliora_base::error::{Result, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::Regions;

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import random
 from fractions import Fraction
 
 from reference.model import explore
@@ -29,6 +30,7 @@ def reach(context):
         for asked_for, entry in zip(("P>=1", "Pmax=?", "Pmin=?"), entries):
             of_property(context, f"{asked_for} [ {text} ] with {options}", regions, NEEDED[asked_for], entry)
         alone(context, text, options, regions, starts)
+        joined(context, text, options, regions, starts)
         unsafe = not question.unsafe().isdisjoint(starts)
         context.same("unsafe", unsafe, "unsafe" in report)
         if unsafe:
@@ -62,13 +64,33 @@ def of_property(context, what, regions, needed, entry):
 def alone(context, text, options, regions, starts):
     """One property alone: the regions that it needs, and its verdict."""
     asked_for = [*NEEDED][context.case.seed // 7 % len(NEEDED)]
-    report = reach_report(context, [f"{asked_for} [ {text} ]"], options)
-    what = f"{asked_for} [ {text} ] alone with {options}"
+    forms = ("{0}", "({0})") if asked_for.endswith("?") else ("{0}", "!!({0})", "true & ({0})", "!!(({0}) | false)")
+    written = forms[context.case.seed % len(forms)].format(f"{asked_for} [ {text} ]")
+    report = reach_report(context, [written], options)
+    what = f"{written} alone with {options}"
     of_property(context, what, regions, NEEDED[asked_for], report)
     if "unsafe" not in report and not asked_for.endswith("?"):
         context.same(f"holds of {what}", set(starts) <= regions[NEEDED[asked_for][0]], report["holds"])
     if context.case.seed % 3 == 0 and context.case.settings["engine"] != "explicit":
         kept_regions(context, f"{asked_for} [ {text} ]", options, regions, report)
+
+
+def joined(context, text, options, regions, starts):
+    """Properties of several operators about the initial states, in a list and with their parts."""
+    names = {f"{asked} [ {text} ]": regions[NEEDED[asked][0]] for asked in NEEDED if not asked.endswith("?")}
+    (one, first), (two, second) = random.Random(context.case.seed).sample(sorted(names.items()), 2)
+    expected = [
+        (f"({one}) & !({two})", [s in first and s not in second for s in starts]),
+        (f"({one}) | !({two})", [s in first or s not in second for s in starts]),
+        (f"({one}) <=> ({two})", [(s in first) == (s in second) for s in starts]),
+        (f'filter(exists, {one}, "init") => ({two})', [s in second or first.isdisjoint(starts) for s in starts]),
+        (two, [s in second for s in starts]),
+    ]
+    report = reach_report(context, [written for written, _ in expected], options)
+    if "unsafe" in report:
+        expected = [(written, [False]) for written, _ in expected]
+    for (written, truths), entry in zip(expected, report["properties"]):
+        context.same(f"holds of {written} with {options}", all(truths), entry["holds"])
 
 
 def kept_regions(context, asked, options, regions, report):

@@ -5,26 +5,23 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::reach::{Asking, Goal, Required, Stopping};
-use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
+use meliora::reach::Required;
+use meliora_base::error::{Diagnostic, Error, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
 use meliora_formats::Document;
 use meliora_lang::ltl;
-use meliora_lang::named::{self, Property};
-use meliora_lang::property::{Named, Term};
-use meliora_lang::property_file::{self, Asks, asks};
+use meliora_lang::named::Property;
 use meliora_lang::{self as lang, Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
 
-use super::asked::{Asked, GOAL, NO_GOAL, Stated, StatedTerm, note_inexact};
+use super::asked::note_inexact;
 use super::model_files::ModelFiles;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
 use super::ranges;
-use super::unanswered::{of_model, single, without_question};
 
 /// True once standard input has been read.
 static INPUT_READ: AtomicBool = AtomicBool::new(false);
@@ -106,7 +103,7 @@ pub(super) fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Er
 }
 
 /// Does the same as [`parsed`]; only the goals of a planning problem may be asked about.
-fn parsed_for(args: &ModelArgs, for_goals: bool, sink: &TerminalSink) -> Result<Loaded, Error> {
+pub(super) fn parsed_for(args: &ModelArgs, for_goals: bool, sink: &TerminalSink) -> Result<Loaded, Error> {
     if let Some(range) = ranges::parse(&args.constants())?.iter().find(|range| range.varies) {
         let message =
             format!("`{}` has several values; only `check`, `reach` and `compare` accept ranges", range.name);
@@ -167,121 +164,10 @@ impl Loaded {
         let Checked { program, properties: named, .. } = checked;
         Loaded { overlap: overlap(&program), program, named }
     }
-
-    /// Reads the target or the properties.
-    ///
-    /// # Errors
-    /// Neither a target nor a property is given, or one is wrong.
-    pub(super) fn questions(
-        &self,
-        target: Option<&str>,
-        properties: &[String],
-        texts: &[String],
-        regions: bool,
-    ) -> Result<(Vec<Stated>, Vec<StatedTerm>), Error> {
-        let program = &self.program;
-        let required = required(texts)?;
-        let (mut questions, mut terms) = (Vec::new(), Vec::new());
-        let is_open = target.is_none() && properties.is_empty();
-        let goal = Vec::from_iter(if is_open { goal_of(program)?.map(str::to_owned) } else { None });
-        let properties = if is_open { &goal } else { properties };
-        if let Some(text) = target {
-            let asking = Asking::target(program, &SourceFile::new("--target", text), &required)?;
-            questions.push(Stated { position: 0, text: text.to_owned(), asking });
-        }
-        if target.is_none() && properties.is_empty() {
-            return Err(without_question(&self.named));
-        }
-        for (position, text) in properties.iter().enumerate() {
-            let asking = match self.named.iter().find(|p| p.name == *text) {
-                Some(named) => match own(program, of_model(named)?, &required, regions)? {
-                    Ok(asking) => asking,
-                    Err(term) => {
-                        let source = Arc::clone(&program.source);
-                        terms.push(StatedTerm { position, source, term });
-                        continue;
-                    }
-                },
-                None => {
-                    let source = SourceFile::new("--property", text.as_str());
-                    let property = lang::parse_property(&source)?;
-                    let asks = asks(&property, program, &source, &Named::default())?;
-                    match asking(asks, program, &source, &required, regions)? {
-                        Ok(asking) => asking,
-                        Err(term) => {
-                            terms.push(StatedTerm { position, source, term });
-                            continue;
-                        }
-                    }
-                }
-            };
-            questions.push(Stated { position, text: text.clone(), asking });
-        }
-        Ok((questions, terms))
-    }
-}
-
-/// Returns the question of a property that is one operator without bounds on steps, else the expression
-/// over states. Under requirements, and if the regions are written, every single operator is a question.
-///
-/// # Errors
-/// A requirement is wrong, or the property is not one operator and cannot be asked under requirements.
-pub(super) fn asking(
-    asks: Asks,
-    program: &Program,
-    source: &Arc<SourceFile>,
-    required: &[Required],
-    regions: bool,
-) -> Result<Result<Asking, Term>, Error> {
-    match asks {
-        Asks { simple: Some(simple), term: None } => {
-            Asking::of_simple(program, source, &simple, required).map(Ok)
-        }
-        Asks { simple: Some(simple), .. } if regions || !required.is_empty() => {
-            Asking::of_simple(program, source, &simple, required).map(Ok)
-        }
-        Asks { term: Some(term), .. } if is_restricted(program, required)? => Ok(Err(term)),
-        _ => {
-            let message = "under other requirements than `G condition`, and of games under any, a property is one \
-                           operator over a formula without other operators";
-            let diagnostic = Diagnostic::new(source, 0..0, message).severity(Severity::Unsupported);
-            Err(diagnostic.help("leave out `--require`, or ask for each operator alone").into())
-        }
-    }
-}
-
-/// Does the same as [`asking`] for a property that the model names.
-///
-/// # Errors
-/// See [`asking`].
-pub(super) fn own(
-    program: &Program,
-    asks: named::Asks,
-    required: &[Required],
-    regions: bool,
-) -> Result<Result<Asking, Term>, Error> {
-    match asks {
-        named::Asks::Expression(property) => {
-            let term = property.term(program, &program.source, &Named::default())?;
-            let asks = property_file::Asks { simple: None, term: Some(term) };
-            asking(asks, program, &program.source, required, regions)
-        }
-        named::Asks::One(asked) => match asked.bounded(program)? {
-            Some(term) if required.is_empty() && !regions => Ok(Err(term)),
-            _ => Asking::named(program, asked, required).map(Ok),
-        },
-    }
-}
-
-/// Returns whether requirements leave a part of the model itself, for one player.
-fn is_restricted(program: &Program, required: &[Required]) -> Result<bool, Error> {
-    let initial = program.predicate(program.initial);
-    Ok(required.is_empty()
-        || program.players.is_none() && Goal::reach(program, initial, required)?.watched.is_none())
 }
 
 /// Returns [`Loaded::overlap`] for a program.
-fn overlap(program: &Program) -> Option<Predicate> {
+pub(super) fn overlap(program: &Program) -> Option<Predicate> {
     match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),
         ModelKind::Mdp | ModelKind::Smg => None,
@@ -361,58 +247,6 @@ pub(super) fn certified(
     let mut question = preferred(loaded(&document(model)?, given, sink)?, preferences, sink)?;
     play_as(coalition, Arc::make_mut(&mut question.program))?;
     Ok(question)
-}
-
-/// Reads the model, and the target or the properties.
-///
-/// # Errors
-/// A file, the constants, the bounds or an expression is wrong.
-pub(super) fn asked(
-    args: &ModelArgs,
-    target: Option<&str>,
-    properties: &[String],
-    texts: &[String],
-    regions: bool,
-    sink: &TerminalSink,
-) -> Result<Asked, Error> {
-    let for_goals = target.is_none() && properties.is_empty() && texts.is_empty();
-    let loaded = parsed_for(args, for_goals, sink)?;
-    let (questions, terms) = loaded.questions(target, properties, texts, regions)?;
-    let required = required(texts)?;
-    Ok(Asked { terms, required, ..Asked::new(loaded.program, questions, false, loaded.overlap) })
-}
-
-/// Returns the property that the goal of a planning problem means; `None` for other models.
-///
-/// # Errors
-/// The problem has no goal that must hold.
-fn goal_of(program: &Program) -> Result<Option<&'static str>, Error> {
-    let Some(planning) = &program.planning else { return Ok(None) };
-    if planning.has_goal() { Ok(Some(GOAL)) } else { Err(Error::Usage(NO_GOAL.to_owned())) }
-}
-
-/// Reads the model, and a target or a property whose paths stop where it is decided.
-///
-/// # Errors
-/// A file, the constants, the bounds or an expression is wrong; no state decides the property.
-pub(super) fn stopping(
-    args: &ModelArgs,
-    target: Option<&str>,
-    property: Option<&str>,
-    sink: &TerminalSink,
-) -> Result<Asked, Error> {
-    let Loaded { program, named, .. } = parsed(args, sink)?;
-    let goal = if target.or(property).is_none() { goal_of(&program)? } else { None };
-    let Some(text) = target.or(property).or(goal) else { return Err(without_question(&named)) };
-    let known = named.iter().find(|p| target.is_none() && p.name == text);
-    let Stopping { program, asking } = match known {
-        Some(named) => Stopping::named(&program, single(named)?)?,
-        None if target.is_some() => Stopping::target(&program, &SourceFile::new("--target", text))?,
-        None => Stopping::property(&program, &SourceFile::new("--property", text))?,
-    };
-    let overlap = overlap(&program);
-    let question = Stated { position: 0, text: text.to_owned(), asking };
-    Ok(Asked::new(program, vec![question], false, overlap))
 }
 
 /// Notes that probabilities of a planning problem are assumed, for commands that compute numbers.

@@ -8,9 +8,9 @@ use meliora_base::error::{Error, SourceFile};
 use meliora_base::exact::{Ratio, Real};
 use meliora_base::random::Draw;
 use meliora_engine::{ExplicitEngine, Settings};
+use meliora_lang::parse_property;
 use meliora_lang::property::Named;
-use meliora_lang::property_file::{Asks, asks};
-use meliora_lang::{self as lang};
+use meliora_lang::property::term::TermKind;
 use meliora_model::Program;
 use meliora_planning::Sample;
 use meliora_quantities::answer::PRECISION;
@@ -57,11 +57,10 @@ impl MixFile {
                 Settings { memory: self.memory, sink: Arc::clone(&job.sink) as _, ..Default::default() };
             ExplicitEngine::new(Arc::clone(program), settings).map(Arc::new)
         };
-        let property = lang::parse_property(&self.source)?;
-        let Asks { term, .. } = asks(&property, &self.program, &self.source, &Named::default())?;
-        let Some(term) = term else {
+        let term = parse_property(&self.source)?.term(&self.program, &self.source, &Named::default())?;
+        if !matches!(term.kind, TermKind::Multi(_)) {
             return Err(Error::Usage("the property of the file has no objectives".to_owned()));
-        };
+        }
         let engine = build(&self.program)?;
         let model = Model::new(&*engine, &self.program, &build, PRECISION);
         let evaluator = Evaluator::new(&model, &self.source);

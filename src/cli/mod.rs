@@ -3,6 +3,7 @@
 
 mod advice;
 mod agreement;
+mod answers;
 mod asked;
 mod at;
 mod by_name;
@@ -10,6 +11,7 @@ mod choose;
 #[cfg(test)]
 mod commands_page;
 mod engines;
+mod evaluated;
 mod exit;
 mod files;
 mod folder;
@@ -17,7 +19,6 @@ mod given;
 mod load;
 mod mix_file;
 mod model_files;
-mod named;
 mod node_file;
 mod node_policy;
 mod objective_policy;
@@ -36,9 +37,7 @@ mod signals;
 mod supervise;
 mod sweep;
 mod terminal;
-mod terms;
 mod tips;
-mod unanswered;
 mod watch;
 
 mod check;
@@ -48,7 +47,6 @@ mod export;
 mod export_explicit;
 mod generate;
 mod info;
-mod judging;
 mod man;
 mod query;
 mod questions;

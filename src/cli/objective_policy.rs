@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use meliora::reach::Asking;
+use meliora::reach::plan::Plan;
 use meliora::supervise::lock;
 use meliora_base::error::Error;
 use meliora_model::preference::Objective;
@@ -12,7 +13,7 @@ use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::OneQuestion;
 
-use super::asked::{Asked, Stated};
+use super::asked::{Asked, Texts};
 use super::exit::Status;
 use super::given::Given;
 use super::load::{self, Question};
@@ -63,7 +64,8 @@ impl OfObjective {
         let asked = if self.preferences.preferences.as_os_str().is_empty() {
             let label = format!("\"{name}\"");
             let target = self.objective.as_ref().map(|_| label.as_str());
-            load::asked(&self.model, target, &[], &[], false, sink)?
+            let texts = Texts { target, properties: &[], require: &[], regions: false };
+            Asked::read(&self.model, &texts, sink)?
         } else {
             let question = load::question(&self.model, &self.preferences, sink)?;
             let preferences = &question.preferences;
@@ -80,8 +82,7 @@ impl OfObjective {
             };
             let Question { program, overlap, .. } = question;
             let asking = Asking::states(&program, target, &[])?;
-            let questions = vec![Stated { position: 0, text: name.to_owned(), asking }];
-            Asked { program, questions, terms: Vec::new(), required: Vec::new(), is_list: false, overlap }
+            Asked { program, plan: Plan::of(asking, name), required: Vec::new(), is_list: false, overlap }
         };
         job.update(|r| r.properties = vec![PropertyAnswer::open(None, name.to_owned(), None)]);
         Ok(asked)

@@ -4,15 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use meliora_base::error::{Error, SourceFile};
-use meliora_lang::property_file::Stated as Properties;
-use meliora_lang::refusal::Refusal;
+use meliora_lang::property_file::Stated;
 use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_values, split_constants};
 use meliora_model::Program;
 use meliora_report::properties::PropertyAnswer;
 
-use super::asked::{Asked, Stated, StatedTerm};
+use super::asked::{self, Asked, Listed};
 use super::load;
-use super::named;
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 
@@ -84,26 +82,8 @@ pub(super) fn read(
             return Err(no_property(&source, only));
         }
     }
-    let (mut entries, mut questions, mut terms) = (Vec::new(), Vec::new(), Vec::new());
-    for (position, Properties { name, text, asks, source }) in stated.into_iter().enumerate() {
-        let own = match asks {
-            Ok(asks) => {
-                named::alone(&source, load::asking(asks, &program, &source, &required, chosen.regions))?
-            }
-            Err(refusal) => Err(refusal),
-        };
-        entries.push(entry(name, text.clone(), own.as_ref().err().cloned()));
-        match own {
-            Ok(Ok(asking)) => questions.push(Stated { position, text, asking }),
-            Ok(Err(term)) => terms.push(StatedTerm { position, source, term }),
-            Err(_) => {}
-        }
-    }
-    Ok((Asked { terms, required, ..Asked::new(program, questions, true, overlap) }, entries))
-}
-
-/// Returns the entry of a property in the report, with the reason for no answer.
-pub(super) fn entry(name: Option<String>, text: String, refusal: Option<Refusal>) -> PropertyAnswer {
-    let (reason, place) = refusal.map(|refusal| (refusal.reason, refusal.place)).unzip();
-    PropertyAnswer::open(name, text, reason).at(place.flatten())
+    let listed =
+        stated.into_iter().map(|Stated { name, text, term, source }| Listed { name, text, source, term });
+    let (plan, entries) = asked::list(&program, &required, chosen.regions, listed)?;
+    Ok((Asked::new(program, plan, required, true, overlap), entries))
 }

@@ -10,12 +10,11 @@ use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::OneQuestion;
 
-use super::asked::Asked;
+use super::asked::{self, Asked, Texts};
 use super::exit::Status;
 use super::files::Target;
 use super::given::Given;
 use super::load;
-use super::named;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::policy::PlanArgs;
 use super::progress::TerminalSink;
@@ -97,14 +96,17 @@ impl ReachArgs {
         }
         let properties = match &self.properties {
             Some(file) => properties::titles(file, self.only.as_deref(), ends[0])?,
-            None if self.all_properties => named::names(&self.model, ends[0])?,
+            None if self.all_properties => asked::names(&self.model, ends[0])?,
             None => self.property.clone(),
         };
         load::check_each(&self.model, ends, |loaded| match &self.properties {
             Some(file) => properties::check(file, loaded.program),
             // The model names them, and each has its own reason if it is not answered.
             None if self.all_properties => Ok(()),
-            None => loaded.questions(self.target.as_deref(), &self.property, &self.require, false).map(drop),
+            None => {
+                let required = load::required(&self.require)?;
+                asked::planned(&loaded, &self.texts(), &required).map(drop)
+            }
         })?;
         Ok(sweep::Job::new("reach", report, &properties))
     }
@@ -144,6 +146,11 @@ impl ReachArgs {
         self.out.as_deref().map(|out| Regions::new(out, &self.model, self.engine)).transpose()
     }
 
+    fn texts(&self) -> Texts<'_> {
+        let (properties, require) = (&self.property, &self.require);
+        Texts { target: self.target.as_deref(), properties, require, regions: self.out.is_some() }
+    }
+
     /// Returns whether the report has the fields of one question: a target or a single property.
     fn is_one(&self) -> bool {
         self.properties.is_none() && !self.all_properties && self.property.len() <= 1
@@ -158,20 +165,13 @@ impl ReachArgs {
             return properties::read(&chosen, &self.model, sink);
         }
         if self.all_properties {
-            let (asked, all) = named::named(&self.model, &self.require, self.out.is_some(), sink)?;
-            let entries = all.into_iter().map(|(name, refusal)| properties::entry(None, name, refusal));
-            return Ok((asked, entries.collect()));
+            return Asked::named(&self.model, &self.texts(), sink);
         }
-        let target = self.target.as_deref();
         let asked = match self.stop_at_target {
-            true => load::stopping(&self.model, target, self.property.first().map(String::as_str), sink)?,
-            false => {
-                load::asked(&self.model, target, &self.property, &self.require, self.out.is_some(), sink)?
-            }
+            true => Asked::stopping(&self.model, &self.texts(), sink)?,
+            false => Asked::read(&self.model, &self.texts(), sink)?,
         };
-        let texts = target.into_iter().map(str::to_owned).chain(self.property.iter().cloned());
-        let own = asked.questions.first().filter(|_| target.is_none() && self.property.is_empty());
-        let texts = own.map(|question| question.text.clone()).into_iter().chain(texts);
+        let texts = asked.plan.properties.iter().map(|property| property.text.clone());
         let entries = texts.map(|text| PropertyAnswer::open(None, text, None)).collect();
         Ok((asked, entries))
     }
@@ -204,8 +204,7 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
 
 fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: Option<&Target>) -> Result<(), Error> {
     let (asked, entries) = job.timed("parse", || args.read(&job.sink), |r, s| r.time.add("parse", s))?;
-    let has_number = !asked.terms.is_empty() || asked.questions.iter().any(|q| q.asking.asks_for_number());
-    if has_number {
+    if asked.plan.asks_for_numbers() {
         load::note_assumed(&asked.program, &job.sink);
     }
     if entries.iter().all(|entry| entry.reason.is_some()) && !entries.is_empty() {
@@ -215,13 +214,5 @@ fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: Option<&Target>) -> Re
     let (model, engine, out) = (&args.model, args.engine, args.regions()?);
     let plan = args.plan.is_given().then_some((&args.plan, policy));
     let given = Given { model, engine, out, precision: args.precision, is_one: args.is_one(), plan };
-    questions::work(job, &given, &asked)?;
-    if asked.questions.iter().any(|q| q.is_goal(&asked.program)) {
-        job.update(|r| {
-            if let Some(one) = &mut r.one {
-                one.plan.get_or_insert_default().strong_cyclic = one.holds;
-            }
-        });
-    }
-    Ok(())
+    questions::work(job, &given, &asked)
 }

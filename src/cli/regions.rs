@@ -12,7 +12,7 @@ use meliora_export::questions::{Answered, Kept, export_regions};
 use meliora_model::Program;
 use meliora_report::WrittenRegions;
 
-use super::asked::{Asked, Stated};
+use super::asked::Asked;
 use super::options::{EngineArgs, EngineChoice, ModelArgs};
 use super::progress::TerminalSink;
 
@@ -28,8 +28,8 @@ const SATISFIED: &str = "satisfied";
 
 /// A part of a question that is written.
 pub(super) enum Shown<'q> {
-    /// The regions of its paths.
-    Paths(&'q Asking),
+    /// The regions of its paths, with the number of the request.
+    Paths(&'q Asking, usize),
     /// The states that satisfy it.
     Satisfied(StateSet),
 }
@@ -37,7 +37,7 @@ pub(super) enum Shown<'q> {
 /// A question by its position in the report, with its name and its text.
 pub(super) type Written<'q> = (usize, Shown<'q>, (Option<String>, String));
 
-/// The regions that were computed for the questions, by the positions of these.
+/// The regions that were computed, by the requests that need them.
 pub(super) type Found<S> = Vec<(usize, Which, S)>;
 
 impl<'a> Regions<'a> {
@@ -62,9 +62,10 @@ impl<'a> Regions<'a> {
     /// # Errors
     /// [`Error::Usage`] with the text of the first question that needs another model.
     pub(super) fn check(asked: &Asked) -> Result<(), Error> {
-        let own = asked.questions.iter().find(|question| question.asking.goal.watched.is_some());
-        let is_alone = asked.questions.len() + asked.terms.len() == 1;
-        let Some(Stated { text, .. }) = own.filter(|_| !is_alone) else { return Ok(()) };
+        let plan = &asked.plan;
+        let own = plan.requests.iter().find(|request| request.asking.goal.watched.is_some());
+        let Some(own) = own.filter(|_| plan.properties.len() > 1) else { return Ok(()) };
+        let text = &plan.properties[own.properties[0]].text;
         Err(Error::Usage(format!(
             "`--out` writes the regions of several questions only if each is to reach a target; `{text}` has a \
              monitor of its own: ask it alone"
@@ -93,8 +94,8 @@ impl<'a> Regions<'a> {
                     let regions = vec![(SATISFIED, states)];
                     Answered { number, name, text, target: None, regions, coalition: None }
                 }
-                Shown::Paths(asking) => {
-                    let own = found.iter().filter(|(at, ..)| *at == position);
+                Shown::Paths(asking, request) => {
+                    let own = found.iter().filter(|(at, ..)| *at == request);
                     let regions = own.map(|(_, which, states)| (which.name(), states.clone())).collect();
                     let (target, coalition) = (target(engine, &asking.goal)?, asking.coalition.clone());
                     Answered { number, name, text, target, regions, coalition }
@@ -102,7 +103,7 @@ impl<'a> Regions<'a> {
             };
             answered.push(question);
         }
-        let first = asked.questions.first().map(|question| &question.asking.goal);
+        let first = asked.plan.requests.first().map(|request| &request.asking.goal);
         let requirements = first.map_or(&[][..], |goal| &goal.requirements);
         let path = (self.model.path(), source_hash(&asked.program));
         let kept = Kept { requirements, unsafe_states };

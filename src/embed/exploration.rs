@@ -102,7 +102,7 @@ impl Reached {
             value: answer.value,
             regions: goal.restricted(&engine, found)?.map(of),
             exploration: Exploration::of(engine.clone(), named),
-            needed: asking.needed(program),
+            needed: asking.needed(),
             reaches_states: matches!(goal.target, Target::States(_)),
         })
     }

@@ -13,13 +13,12 @@ use std::sync::Arc;
 use ahash::{AHashMap, AHashSet};
 
 use super::ast::{ConstDef, Ident, Item, NamedExpr, Span};
-use super::check::{Wanted, given_values, lower_condition, lower_target, lower_value};
+use super::check::{Wanted, given_values, lower_condition, lower_value};
 use super::parse::{expression_at, items_at};
 use super::parse_constants;
 use super::property::property_at;
 use super::valuation::Binding;
-use crate::ltl::{Formula, Monitoring};
-use crate::property::{Named, Property, Simple, Term};
+use crate::property::{Named, Property, Term};
 pub use crate::refusal::Refusal;
 use defined::Kind;
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
@@ -38,19 +37,9 @@ pub struct Stated {
     /// Text, without the name.
     pub text: String,
     /// The property, or the reason why it cannot be answered here.
-    pub asks: Result<Asks, Refusal>,
+    pub term: Result<Term, Refusal>,
     /// The text that contains it.
     pub source: Arc<SourceFile>,
-}
-
-/// The meaning of a property.
-#[derive(Debug, Clone)]
-pub struct Asks {
-    /// The question, if the property is one operator over a formula without other operators.
-    pub simple: Option<Simple>,
-    /// The expression over states; `None` for a simple property without bounds on the number of steps, unless
-    /// it asks for a number of a game.
-    pub term: Option<Term>,
 }
 
 /// Returns the constants that a property file declares without a value.
@@ -128,7 +117,7 @@ pub fn outline_properties(source: &Arc<SourceFile>) -> Result<Vec<(Option<String
 ///
 /// # Errors
 /// A wrong definition; a wrong value; no property; too many statements. The error of a property is returned in
-/// its `Stated::property`.
+/// its `Stated::term`.
 pub fn parse_properties(
     source: &Arc<SourceFile>,
     given: &Arc<SourceFile>,
@@ -155,25 +144,6 @@ pub fn parse_properties(
     let names = read.iter().filter_map(|(name, _, property)| Some((name.clone()?, property.clone().ok()?)));
     let names: Named = names.collect();
     Ok(read.into_iter().map(|property| file.property(source, property, &names)).collect())
-}
-
-/// Checks a property against a program.
-///
-/// # Errors
-/// The errors of [`Property::term`].
-pub fn asks(property: &Property, program: &Program, source: &Arc<SourceFile>, named: &Named) -> Result<Asks> {
-    let simple = property.simple(program, source)?;
-    let is_complete = match &simple {
-        // Bounds on the number of steps need no monitor.
-        Some(simple) if simple.is_bounded() => false,
-        Some(simple) => {
-            known(program, source, &simple.formula)?;
-            true
-        }
-        None => false,
-    };
-    let term = (!is_complete).then(|| property.term(program, source, named)).transpose()?;
-    Ok(Asks { simple, term })
 }
 
 /// A property with its name and its text; the syntax may be wrong.
@@ -355,9 +325,9 @@ impl File<'_> {
         (name, text, property): ReadProperty,
         named: &Named,
     ) -> Stated {
-        let asks = property.and_then(|property| asks(&property, self.program, source, named));
-        let asks = asks.map_err(|e| Refusal::of(&self.without_value(e)));
-        Stated { name, text, asks, source: Arc::clone(source) }
+        let term = property.and_then(|property| property.term(self.program, source, named));
+        let term = term.map_err(|e| Refusal::of(&self.without_value(e)));
+        Stated { name, text, term, source: Arc::clone(source) }
     }
 
     /// Rewrites an error "unknown name" for a name that needs a constant without a value.
@@ -377,14 +347,6 @@ impl File<'_> {
 /// Returns a name in the quotes that it has in messages.
 fn quoted(quote: char, name: &str) -> String {
     format!("{quote}{name}{quote}")
-}
-
-/// Checks that a formula has a meaning in the program.
-fn known(program: &Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<()> {
-    match formula.reachability() {
-        Some(target) => lower_target(program, source, target).map(|_| ()),
-        None => Monitoring::new(program).watch(source, formula, "property").map(|_| ()),
-    }
 }
 
 #[cfg(test)]
@@ -411,9 +373,9 @@ mod tests {
         assert!(all.iter().all(|s| Arc::ptr_eq(&s.source, &source)), "the text is there once");
         let names: Vec<Option<&str>> = all.iter().map(|s| s.name.as_deref()).collect();
         assert_eq!(names, [Some("one"), None, Some("two"), None, None]);
-        let answered: Vec<bool> = all.iter().map(|s| s.asks.is_ok()).collect();
+        let answered: Vec<bool> = all.iter().map(|s| s.term.is_ok()).collect();
         assert_eq!(answered, [true, true, true, false, false]);
-        let refused = |at: usize| all[at].asks.as_ref().unwrap_err();
+        let refused = |at: usize| all[at].term.as_ref().unwrap_err();
         let unknown = "the model has no reward structure; declare one in the model, or ask for a probability";
         assert_eq!(refused(3), &Refusal { reason: unknown.to_owned(), place: Some((10, 1)) });
         assert!(refused(4).reason.contains("unknown name `y`"));

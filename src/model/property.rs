@@ -1,7 +1,7 @@
 //! Questions about the paths of a model, as plain data: whether a probability is 0 or 1, and
 //! probabilities and expected rewards.
 
-use super::{ModelKind, Optimum, Program};
+use super::{Optimum, Program};
 use meliora_base::exact::Ratio;
 
 /// The comparison of a number with a bound.
@@ -76,8 +76,8 @@ pub enum Rewards {
 pub struct Quantity {
     /// The number.
     pub measure: Measure,
-    /// The strategies; `None` if the property does not say, as `P=?` for a `dtmc`.
-    pub optimum: Option<Optimum>,
+    /// The strategies; for a `dtmc` all have the same value.
+    pub optimum: Optimum,
     /// The comparison of the number, which has the number on its left side; `None` for `=?`.
     pub bound: Option<(Inequality, Ratio)>,
 }
@@ -112,13 +112,5 @@ impl Rewards {
             Rewards::Named(name) => program.reward_structure(Some(name)),
             Rewards::Numbered(number) => number.checked_sub(1).filter(|&at| at < program.rewards.len()),
         }
-    }
-}
-
-impl Quantity {
-    /// Returns the strategies that the property asks about; for a `dtmc` all have the same value.
-    /// `None` if the property does not say.
-    pub fn strategies(&self, program: &Program) -> Option<Optimum> {
-        self.optimum.or((program.kind == ModelKind::Dtmc).then_some(Optimum::Max))
     }
 }

@@ -5,10 +5,9 @@ use std::sync::Arc;
 use super::{Goal, Required, Target};
 use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_engine::Engine;
-use meliora_engine::regions::Which;
-use meliora_lang::ltl::{self, Formula};
-use meliora_lang::named;
-use meliora_lang::property::{Measure, Named, Over, Question, Simple};
+use meliora_engine::regions::{Which, deciding};
+use meliora_lang::ltl;
+use meliora_lang::property::{Measure, Named, Over, Query, Question, Term};
 use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
@@ -46,13 +45,7 @@ impl Asking {
     /// # Errors
     /// A requirement is wrong; each error has its place.
     pub fn states(program: &Program, target: Predicate, required: &[Required]) -> Result<Self> {
-        Ok(Asking {
-            goal: Goal::reach(program, target, required)?,
-            question: None,
-            wrong: None,
-            coalition: None,
-            over: Over::All,
-        })
+        Ok(Goal::reach(program, target, required)?.into())
     }
 
     /// Reads a property such as `P>=1 [ F x = 3 ]`.
@@ -60,24 +53,36 @@ impl Asking {
     /// # Errors
     /// The text or a requirement is wrong, or not supported; each error has its place.
     pub fn property(program: &Program, source: &Arc<SourceFile>, required: &[Required]) -> Result<Self> {
-        Asking::of_simple(program, source, &simple(program, source)?, required)
+        let term = parse_property(source)?.term(program, source, &Named::default())?;
+        Asking::query(program, source, &only_query(program, source, &term)?, required)
     }
 
-    /// Returns the question of a property.
+    /// Returns the question of a query.
     ///
     /// # Errors
-    /// The errors of [`Asking::of`].
-    pub fn of_simple(
+    /// The formula or a requirement is wrong, or not supported.
+    pub fn query(
         program: &Program,
         source: &Arc<SourceFile>,
-        simple: &Simple,
+        query: &Query<'_>,
         required: &[Required],
     ) -> Result<Self> {
-        let coalition = simple.coalition.clone();
-        Ok(Asking {
-            coalition,
-            ..Asking::of(program, source, &simple.formula, simple.question.clone(), required)?
-        })
+        let goal = match query.path.target() {
+            Some(target) => Goal::reach(program, target, required)?,
+            None => Goal::of(&query.path.over(program), source, &query.path.formula, required)?,
+        };
+        Ok(Asking::of(program, goal, query))
+    }
+
+    /// Combines a goal and the question about it.
+    pub(super) fn of(program: &Program, goal: Goal, query: &Query<'_>) -> Self {
+        Asking {
+            goal,
+            question: Some(query.question.clone()),
+            wrong: wrong_rewards(program, &query.question),
+            coalition: query.coalition.cloned(),
+            over: query.over,
+        }
     }
 
     /// Returns the engine of a game in which the coalition of the question is ours; `None` if that is the
@@ -90,40 +95,31 @@ impl Asking {
         other.map(|coalition| engine.with_coalition(coalition)).transpose()
     }
 
-    /// Combines a formula and a question about it.
-    ///
-    /// # Errors
-    /// The formula or a requirement is wrong, or not supported.
-    pub fn of(
-        program: &Program,
-        source: &Arc<SourceFile>,
-        formula: &Formula,
-        question: Question,
-        required: &[Required],
-    ) -> Result<Self> {
-        let wrong = wrong_rewards(program, &question);
-        let (goal, question) = (Goal::of(program, source, formula, required)?, Some(question));
-        Ok(Asking { goal, question, wrong, coalition: None, over: Over::All })
-    }
-
-    /// Returns the question of a property that the model names.
-    ///
-    /// # Errors
-    /// The errors of [`Asking::of`].
-    pub fn named(program: &Program, asked: named::Asked, required: &[Required]) -> Result<Self> {
-        let source = Arc::clone(&program.source);
-        let asking = Asking::of(program, &source, &asked.formula, asked.question, required)?;
-        Ok(Asking { over: asked.over, ..asking })
-    }
-
     /// Returns whether the answer is a number, or depends on one.
     pub fn asks_for_number(&self) -> bool {
         matches!(self.question, Some(Question::Quantity(_)))
     }
 
-    /// Returns the regions that the question needs, for a program of the goal.
-    pub fn needed(&self, model: &Arc<Program>) -> Vec<Which> {
-        answer::needed(self.question.as_ref(), self.goal.program(model))
+    /// Returns the target if the question is whether some strategy reaches it almost surely, or its negation.
+    pub fn reached_surely(&self) -> Option<&Predicate> {
+        let Some(Question::Qualitative(strategies, bound)) = &self.question else { return None };
+        match &self.goal.target {
+            Target::States(target) if deciding(*strategies, *bound).0 == Which::PmaxOne => Some(target),
+            _ => None,
+        }
+    }
+
+    /// Returns whether the states of the deciding region satisfy the question, and not the others.
+    pub fn is_inside(&self) -> bool {
+        match &self.question {
+            Some(Question::Qualitative(strategies, bound)) => deciding(*strategies, *bound).1,
+            _ => true,
+        }
+    }
+
+    /// Returns the regions that the question needs.
+    pub fn needed(&self) -> Vec<Which> {
+        answer::needed(self.question.as_ref())
     }
 
     /// Returns the question over the program of the goal.
@@ -145,27 +141,28 @@ impl Asking {
         match Form::of(source) {
             Form::Target => Asking::target(program, source, &[]),
             Form::Property => Asking::property(program, source, &[]),
-            Form::Formula => {
-                let goal = Goal::of(program, source, &ltl::parse_formula(source)?, &[])?;
-                Ok(Asking { goal, question: None, wrong: None, coalition: None, over: Over::All })
-            }
+            Form::Formula => Ok(Goal::of(program, source, &ltl::parse_formula(source)?, &[])?.into()),
         }
     }
 }
 
-/// Reads a property that is one operator over a formula without other operators.
+/// Asks for the regions of a goal.
+impl From<Goal> for Asking {
+    fn from(goal: Goal) -> Self {
+        Asking { goal, question: None, wrong: None, coalition: None, over: Over::All }
+    }
+}
+
+/// Returns the query that a property is.
 ///
 /// # Errors
-/// The text is wrong, or another property.
-pub(super) fn simple(program: &Program, source: &Arc<SourceFile>) -> Result<Simple> {
-    let property = parse_property(source)?;
-    if let Some(simple) = property.simple(program, source)? {
-        return Ok(simple);
-    }
-    property.term(program, source, &Named::default())?;
-    let message = "only one operator over a formula without other operators is supported here";
-    let diagnostic = Diagnostic::new(source, 0..source.text.len(), message).severity(Severity::Unsupported);
-    Err(diagnostic.help("`meliora reach --property` answers all properties").into())
+/// It is another property.
+pub fn only_query<'t>(program: &Program, source: &Arc<SourceFile>, term: &'t Term) -> Result<Query<'t>> {
+    term.query(program).ok_or_else(|| {
+        let message = "only one operator over a formula without other operators is supported here";
+        let diagnostic = Diagnostic::new(source, term.span.range(), message).severity(Severity::Unsupported);
+        diagnostic.help("`meliora reach --property` answers all properties").into()
+    })
 }
 
 /// The form of a question.

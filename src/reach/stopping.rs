@@ -2,13 +2,12 @@
 
 use std::sync::Arc;
 
-use super::asking::{Form, simple};
+use super::asking::{Form, only_query};
 use super::{Asking, Goal};
 use meliora_base::error::{Result, SourceFile};
 use meliora_lang::ltl::{self, Formula, Stopped};
-use meliora_lang::named;
-use meliora_lang::parse_expression;
-use meliora_lang::property::{Over, Simple};
+use meliora_lang::property::{Named, Query};
+use meliora_lang::{parse_expression, parse_property};
 use meliora_model::Program;
 
 /// A question, and the program in which the states that decide it are not left: the states behind these
@@ -26,16 +25,7 @@ impl Stopping {
     /// # Errors
     /// The text is wrong; each error has its place.
     pub fn target(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
-        Stopping::formula(program, source, &Formula::reaching(parse_expression(source)?))
-    }
-
-    fn formula(program: &Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Self> {
-        let Stopped { program, formula } = Stopped::new(program, source, formula)?;
-        let goal = Goal::of(&program, source, &formula, &[])?;
-        Ok(Stopping {
-            program,
-            asking: Asking { goal, question: None, wrong: None, coalition: None, over: Over::All },
-        })
+        Stopping::of(program, source, &Formula::reaching(parse_expression(source)?), None)
     }
 
     /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.
@@ -45,30 +35,34 @@ impl Stopping {
     pub fn parse(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
         match Form::of(source) {
             Form::Target => Stopping::target(program, source),
-            Form::Property => Stopping::property(program, source),
-            Form::Formula => Stopping::formula(program, source, &ltl::parse_formula(source)?),
+            Form::Property => {
+                let term = parse_property(source)?.term(program, source, &Named::default())?;
+                Stopping::query(program, source, &only_query(program, source, &term)?)
+            }
+            Form::Formula => Stopping::of(program, source, &ltl::parse_formula(source)?, None),
         }
     }
 
-    /// Reads a property such as `P>=1 [ F x = 3 ]`.
+    /// Returns the question of a query.
     ///
     /// # Errors
-    /// The text is wrong, or no state decides the formula; each error has its place.
-    pub fn property(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
-        let simple = simple(program, source)?;
-        let Stopped { program, formula } = Stopped::new(program, source, &simple.formula)?;
-        let asking = Asking::of_simple(&program, source, &Simple { formula, ..simple }, &[])?;
-        Ok(Stopping { program, asking })
+    /// No state decides the formula.
+    pub fn query(program: &Program, source: &Arc<SourceFile>, query: &Query<'_>) -> Result<Self> {
+        Stopping::of(&query.path.over(program), source, &query.path.formula, Some(query))
     }
 
-    /// Takes a property that the model names.
-    ///
-    /// # Errors
-    /// The formula is not decided by a state.
-    pub fn named(program: &Program, asked: named::Asked) -> Result<Self> {
-        let source = Arc::clone(&program.source);
-        let Stopped { program, formula } = Stopped::new(program, &source, &asked.formula)?;
-        let asking = Asking::named(&program, named::Asked { formula, ..asked }, &[])?;
+    fn of(
+        program: &Program,
+        source: &Arc<SourceFile>,
+        formula: &Formula,
+        query: Option<&Query<'_>>,
+    ) -> Result<Self> {
+        let Stopped { program, formula } = Stopped::new(program, source, formula)?;
+        let goal = Goal::of(&program, source, &formula, &[])?;
+        let asking = match query {
+            Some(query) => Asking::of(&program, goal, query),
+            None => goal.into(),
+        };
         Ok(Stopping { program, asking })
     }
 }

@@ -39,6 +39,10 @@ pub struct PropertyAnswer {
     /// for other properties.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub front: Option<Vec<Vec<f64>>>,
+    /// A strong cyclic plan exists for the goal of the planning problem, about which the property asks; absent if
+    /// it is about something else, and with one question, which has `plan`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub strong_cyclic: Option<bool>,
     /// The sizes of its regions.
     #[serde(flatten)]
     pub sizes: Sizes,
@@ -77,6 +81,7 @@ impl PropertyAnswer {
             value: None,
             values: None,
             front: None,
+            strong_cyclic: None,
             sizes: Sizes::default(),
             reason,
             line: None,
@@ -89,6 +94,12 @@ impl PropertyAnswer {
     pub fn at(mut self, place: Option<(usize, usize)>) -> Self {
         (self.line, self.column) = place.unzip();
         self
+    }
+
+    /// Takes the answer to the same property.
+    pub fn take(&mut self, other: PropertyAnswer) {
+        let (name, property) = (self.name.take(), std::mem::take(&mut self.property));
+        *self = PropertyAnswer { name, property, ..other };
     }
 
     /// Adds the answer; so far, it may be incomplete.
@@ -178,6 +189,10 @@ pub(super) fn list(answers: &[PropertyAnswer], style: Style) -> String {
         let _ = write!(out, "\n{}\n{}", style.bold("Properties"), table(answers, style));
     }
     answers.iter().for_each(|answer| out += &listing(answer, style));
+    if let Some(exists) = answers.iter().find_map(|answer| answer.strong_cyclic) {
+        let verdict = if exists { style.good("exists") } else { style.bad("does not exist") };
+        let _ = writeln!(out, "\nA strong cyclic plan {verdict}.");
+    }
     let others = answers.iter().filter_map(|p| Some((p, p.reason.as_deref()?)));
     for (index, (answer, reason)) in others.enumerate() {
         if index == 0 {

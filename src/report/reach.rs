@@ -28,12 +28,13 @@ pub struct ReachFindings {
     /// part explored; absent otherwise.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub stops_at_target: bool,
-    /// The property was decided over all combinations of values, before the reachable states were known: `counts`
-    /// and the sizes of the regions are `null`; absent otherwise.
+    /// A property, or an operator of one, was decided over all combinations of values, before the reachable states
+    /// were known: the sizes of its regions are `null`, and so is `counts` unless another one needs all states; absent
+    /// otherwise.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub over_all_valuations: bool,
-    /// The property was decided by a guided search, before the reachable states were known: `counts` and the sizes of
-    /// the regions are `null`; absent otherwise.
+    /// A property, or an operator of one, was decided by a guided search, before the reachable states were known: the
+    /// sizes of its regions are `null`, and so is `counts` unless another one needs all states; absent otherwise.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub by_guided_search: bool,
     /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
@@ -207,13 +208,8 @@ impl Findings for ReachFindings {
         if report.stops_at_target && report.counts.is_some() {
             out += "The states behind those that decide the question are not explored, nor counted.\n";
         }
-        if report.over_all_valuations {
-            out += "The property was decided over all combinations of values, before the reachable states were\n\
-                    known; these are not counted.\n";
-        }
-        if report.by_guided_search {
-            out += "The property was decided by a guided search, before the reachable states were known; these are not\n\
-                    counted.\n";
+        if report.counts.is_none() {
+            out += report.early();
         }
         out += &match (&report.one, report.properties.first()) {
             (Some(one), Some(answer)) => one.text(answer, report.header.is_game(), style),
@@ -224,6 +220,25 @@ impl Findings for ReachFindings {
 }
 
 impl ReachFindings {
+    /// Says how properties were decided before the reachable states were known.
+    fn early(&self) -> &'static str {
+        match (self.over_all_valuations, self.by_guided_search) {
+            (true, true) => {
+                "Properties were decided by guided searches and over all combinations of values, before the reachable\n\
+                 states were known; these are not counted.\n"
+            }
+            (true, false) => {
+                "The property was decided over all combinations of values, before the reachable states were\n\
+                 known; these are not counted.\n"
+            }
+            (false, true) => {
+                "The property was decided by a guided search, before the reachable states were known; these are not\n\
+                 counted.\n"
+            }
+            (false, false) => "",
+        }
+    }
+
     /// Adds the answer to a question; so far, it may be incomplete.
     pub fn answer(&mut self, position: usize, answer: &Answer) {
         self.properties[position].answer(answer);

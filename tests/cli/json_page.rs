@@ -152,6 +152,7 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "reach models/pond.prism --target at=5 --stop-at-target"),
     (0, "reach OUT/register.prism --property Pmax>0[F(done)]"),
     (1, "reach OUT/lamps.pddl OUT/dark.pddl"),
+    (0, "reach models/responders.pddl --property Pmax>=1[F(\"goal\")] --property Pmax>0[F(\"goal\")]"),
     (0, "reach OUT/paid.prism --property Pmax=?[F(x=1)]"),
     (0, "reach models/toy.prism --target s=3 --out OUT/regions"),
     (0, "reach models/responders.pddl --strong --policy OUT/policy.txt"),

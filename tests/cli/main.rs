@@ -20,6 +20,7 @@ mod explicit;
 #[cfg(unix)]
 mod files;
 mod foreign;
+mod forms;
 mod game_report;
 mod games;
 mod generate;

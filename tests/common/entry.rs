@@ -10,8 +10,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use meliora::advanced::lang::ltl::Monitoring;
-use meliora::advanced::lang::property::{Named, Simple};
+use meliora::advanced::lang::property::{Named, Term};
 use meliora::advanced::lang::property_file::{open_constants, parse_properties};
 use meliora::advanced::policies;
 use meliora::advanced::symbolic::order;
@@ -23,10 +22,10 @@ use meliora::error::{Error, Limit, SourceFile, render};
 use meliora::export::{DumpContent, Inputs, export, read_shield, write_shield};
 use meliora::lang;
 use meliora::model::step::Step;
-use meliora::model::temporal::Begin;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, Options, Shield};
 use meliora::query::Archive;
+use meliora::reach::plan::Planner;
 use meliora::reach::{Asking, Target};
 use tempfile::TempDir;
 
@@ -241,11 +240,10 @@ pub fn arguments(text: &str) {
     if let Some(tree) = seen(lang::parse_expression(&source)) {
         seen(lang::lower_target(&program, &source, &tree));
     }
-    if let Some(property) = seen(lang::parse_property(&source)) {
-        if let Some(simple) = seen(property.simple(&program, &source)).flatten() {
-            asked(&program, &source, &simple);
-        }
-        seen(property.term(&program, &source, &Named::default()));
+    if let Some(property) = seen(lang::parse_property(&source))
+        && let Some(term) = seen(property.term(&program, &source, &Named::default()))
+    {
+        asked(&program, &source, &term);
     }
     ARCHIVE.with_borrow(|archive| {
         if let Some(selected) = seen(archive.select(text)) {
@@ -255,17 +253,12 @@ pub fn arguments(text: &str) {
     });
 }
 
-/// Lowers the target of a property, or adds its monitors to a program.
-fn asked(program: &Program, source: &Arc<SourceFile>, property: &Simple) {
-    match property.formula.reachability() {
-        Some(target) => drop(seen(lang::lower_target(program, source, target))),
-        None => {
-            let mut watching = Monitoring::new(program);
-            if seen(watching.watch(source, &property.formula, "property")).is_some() {
-                seen(watching.finish(Begin::Everywhere));
-            }
-        }
-    }
+/// Plans a property: adds the monitors that it needs to a program.
+fn asked(program: &Program, source: &Arc<SourceFile>, term: &Term) {
+    let mut planner = Planner::new(program, &[], false).unwrap();
+    seen(planner.add(0, &source.text, source, term.clone()));
+    let plan = planner.finish();
+    assert!(plan.requests.iter().all(|request| !request.properties.is_empty()));
 }
 
 /// A file of properties of [`MODEL`].
@@ -277,8 +270,8 @@ pub fn properties(text: &str) {
     let Some(all) = seen(parse_properties(&source, &given, &mut program)) else { return };
     accepted(&program);
     for stated in all.iter().take(3) {
-        match &stated.asks {
-            Ok(asks) => asks.simple.iter().for_each(|simple| asked(&program, &source, simple)),
+        match &stated.term {
+            Ok(term) => asked(&program, &source, term),
             Err(reason) => assert!(!reason.reason.is_empty()),
         }
     }

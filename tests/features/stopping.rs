@@ -86,7 +86,7 @@ fn check(case: &RandomCase, question: &str) {
     for settings in settings(&case) {
         let asking = Asking::property(&program, &source, &[]).unwrap();
         let whole = said(program.clone(), &asking, &settings);
-        let Stopping { program, asking } = Stopping::property(&program, &source).unwrap();
+        let Stopping { program, asking } = Stopping::parse(&program, &source).unwrap();
         let stopped = said(program, &asking, &settings);
         assert_eq!(stopped.regions, whole.regions, "{question}");
         assert_eq!(stopped.holds, whole.holds, "{question}");

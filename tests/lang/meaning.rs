@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use meliora::advanced::lang::property::{Bound, Inequality, Measure, Optimum, Question, Rewards, Strategies};
+use meliora::advanced::lang::property::{
+    Bound, Inequality, Measure, Named, Optimum, Question, Rewards, Strategies,
+};
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
 use meliora::engine::{Engine, Settings};
@@ -273,8 +275,9 @@ fn question(text: &str) -> Question {
         "dtmc module m x : [0..1]; endmodule label \"done\" = x=1; rewards \"cost\" true : 1; endrewards
         rewards true : 2; endrewards";
     let source = SourceFile::new("--property", text);
-    let property = parse_property(&source).expect("its syntax is right");
-    property.simple(&program(model), &source).expect("it has a meaning").expect("it is one operator").question
+    let (property, program) = (parse_property(&source).expect("its syntax is right"), program(model));
+    let term = property.term(&program, &source, &Named::default()).expect("it has a meaning");
+    term.query(&program).expect("it is one operator").question
 }
 
 #[test]
@@ -302,24 +305,21 @@ fn properties_ask_for_probabilities_and_rewards() {
     };
     let ratio = |n: i64, d: i64| Ratio::new(n.into(), d.into());
     let probability = |optimum, bound| (Measure::Probability, optimum, bound);
-    assert_eq!(of("Pmax=? [ x=0 U x=1 ]"), probability(Some(Optimum::Max), None));
-    assert_eq!(of("P min =? [ F<=3 x=1 ]"), probability(Some(Optimum::Min), None));
-    assert_eq!(of("P=? [ F x=1 ]"), probability(None, None));
-    assert_eq!(of("P>=0.9 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, ratio(9, 10)))));
-    assert_eq!(of("P<0.5 [ F x=1 ]"), probability(Some(Optimum::Max), Some((Inequality::Lt, ratio(1, 2)))));
-    assert_eq!(
-        of("Pmax>0.5 [ F x=1 ]"),
-        probability(Some(Optimum::Max), Some((Inequality::Gt, ratio(1, 2))))
-    );
-    assert_eq!(of("P>=0 [ F x=1 ]"), probability(Some(Optimum::Min), Some((Inequality::Ge, ratio(0, 1)))));
+    assert_eq!(of("Pmax=? [ x=0 U x=1 ]"), probability(Optimum::Max, None));
+    assert_eq!(of("P min =? [ F<=3 x=1 ]"), probability(Optimum::Min, None));
+    assert_eq!(of("P=? [ F x=1 ]"), probability(Optimum::Max, None));
+    assert_eq!(of("P>=0.9 [ F x=1 ]"), probability(Optimum::Min, Some((Inequality::Ge, ratio(9, 10)))));
+    assert_eq!(of("P<0.5 [ F x=1 ]"), probability(Optimum::Max, Some((Inequality::Lt, ratio(1, 2)))));
+    assert_eq!(of("Pmax>0.5 [ F x=1 ]"), probability(Optimum::Max, Some((Inequality::Gt, ratio(1, 2)))));
+    assert_eq!(of("P>=0 [ F x=1 ]"), probability(Optimum::Min, Some((Inequality::Ge, ratio(0, 1)))));
     let reward = |rewards, optimum, bound| (Measure::Reward(rewards), optimum, bound);
     let named = Rewards::Named("cost".to_owned());
-    assert_eq!(of("R{\"cost\"}min=? [ F x=1 ]"), reward(named, Some(Optimum::Min), None));
-    assert_eq!(of("R{2}max=? [ F x=1 ]"), reward(Rewards::Numbered(2), Some(Optimum::Max), None));
-    assert_eq!(of("Rmax=? [ F x=1 ]"), reward(Rewards::First, Some(Optimum::Max), None));
+    assert_eq!(of("R{\"cost\"}min=? [ F x=1 ]"), reward(named, Optimum::Min, None));
+    assert_eq!(of("R{2}max=? [ F x=1 ]"), reward(Rewards::Numbered(2), Optimum::Max, None));
+    assert_eq!(of("Rmax=? [ F x=1 ]"), reward(Rewards::First, Optimum::Max, None));
     assert_eq!(
         of("R<=3 [ F x=1 ]"),
-        reward(Rewards::First, Some(Optimum::Max), Some((Inequality::Le, ratio(3, 1))))
+        reward(Rewards::First, Optimum::Max, Some((Inequality::Le, ratio(3, 1))))
     );
 }
 

@@ -871,6 +871,9 @@ class ReachProperties(TypedDict):
     """Points of the Pareto front of several objectives, each with their values: one strategy attains them,
     and no strategy attains values that are better than the means of points by more than the precision; absent
     for other properties."""
+    strong_cyclic: NotRequired[bool]
+    """A strong cyclic plan exists for the goal of the planning problem, about which the property asks; absent
+    if it is about something else, and with one question, which has `plan`."""
     pmax_one: Union[Count, None]
     """Some strategy reaches T with probability one."""
     pmax_positive: Union[Count, None]
@@ -948,11 +951,13 @@ class ReachReport(TypedDict):
     """The states that decide the question are not left (`--stop-at-target`): all counts are those of the part
     explored; absent otherwise."""
     over_all_valuations: NotRequired[bool]
-    """The property was decided over all combinations of values, before the reachable states were known:
-    `counts` and the sizes of the regions are `null`; absent otherwise."""
+    """A property, or an operator of one, was decided over all combinations of values, before the reachable
+    states were known: the sizes of its regions are `null`, and so is `counts` unless another one needs all
+    states; absent otherwise."""
     by_guided_search: NotRequired[bool]
-    """The property was decided by a guided search, before the reachable states were known: `counts` and the
-    sizes of the regions are `null`; absent otherwise."""
+    """A property, or an operator of one, was decided by a guided search, before the reachable states were
+    known: the sizes of its regions are `null`, and so is `counts` unless another one needs all states; absent
+    otherwise."""
     unsafe: NotRequired[ReachUnsafe]
     """An initial state from which no strategy keeps `--require`: no property holds, and no quantity has a
     value; absent without such a state."""

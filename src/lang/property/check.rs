@@ -2,21 +2,18 @@
 
 use std::sync::Arc;
 
-use super::formulas::is_bounded;
 use super::operators::{Accumulated, Operator, OperatorKind};
-use super::question::{bound_of, question};
 use super::strategies::Strategies;
 use super::term::{self, Filter, FilterFunction, Measure, Measured, TermKind};
-use super::{Named, Optimum, Simple, Term};
+use super::{Named, Term};
 use crate::ast::{BinaryOp, Expr, Function, Node, NodeKind, Span};
 use crate::check::lower_value;
-use crate::ltl::Formula;
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_base::exact::Exact;
 use meliora_base::stack;
 use meliora_base::value::Type;
+use meliora_model::Program;
 use meliora_model::predicate::Predicates;
-use meliora_model::{Program, property};
 
 /// Checks properties of one text.
 pub(crate) struct Checker<'a> {
@@ -231,24 +228,6 @@ impl<'a> Checker<'a> {
         Ok(Term { kind: TermKind::Operator(Box::new(measured)), ty, span })
     }
 
-    /// Returns the operator of a question about the probability of a formula, whose conditions are known.
-    pub(crate) fn known_probability(
-        &mut self,
-        asked: &property::Question,
-        formula: &Formula,
-    ) -> Result<Option<Term>> {
-        let (optimum, bound) = match asked {
-            property::Question::Qualitative(strategies, likely) => bound_of(*strategies, *likely),
-            property::Question::Quantity(quantity) => {
-                (quantity.strategies(self.program).unwrap_or(Optimum::Max), quantity.bound.clone())
-            }
-        };
-        let measure = Measure::Probability(Box::new(self.path(formula)?));
-        let ty = if bound.is_some() { Type::Bool } else { Type::Real };
-        let measured = Measured { coalition: None, measure, optimum, bound };
-        Ok(Some(Term { kind: TermKind::Operator(Box::new(measured)), ty, span: formula.span }))
-    }
-
     fn without_players(&self, operator: &Operator) -> Result<()> {
         match &operator.coalition {
             Some(coalition) => {
@@ -330,56 +309,6 @@ impl<'a> Checker<'a> {
         let ty = if terms.iter().all(Term::is_condition) { Type::Bool } else { Type::Real };
         Ok(Term { kind: TermKind::Multi(terms), ty, span })
     }
-
-    /// Returns the question of one operator over a formula without other operators; `None` for others.
-    pub(super) fn simple(&mut self, e: &Expr) -> Result<Option<Simple>> {
-        let [Node { kind: NodeKind::Operator(operator), .. }] = e.nodes.as_slice() else { return Ok(None) };
-        match &operator.kind {
-            OperatorKind::Filter(function, of, Some(states)) if is_initial(states) => {
-                let Some(simple) = self.simple(of)? else { return Ok(None) };
-                let is_value =
-                    matches!(&simple.question, property::Question::Quantity(q) if q.bound.is_none());
-                let same = if is_value { "range" } else { "forall" };
-                Ok((function.name == same).then_some(simple))
-            }
-            OperatorKind::Probability(asked, formula) if !self.is_nested_in(formula) => {
-                let strategies = self.strategies(operator, asked, true)?;
-                self.sure_optimum(&strategies, operator)?;
-                let Strategies { coalition, optimum, bound } = strategies;
-                let question = question(property::Measure::Probability, optimum, bound);
-                Ok(Some(Simple { question, formula: formula.clone(), coalition }))
-            }
-            OperatorKind::Reward(rewards, asked, Accumulated::Until(formula))
-                if self.program.players.is_none()
-                    && formula.reachability().is_some_and(|target| !self.has_operators(target)) =>
-            {
-                self.known_rewards(rewards, operator.head)?;
-                let strategies = self.strategies(operator, asked, false)?;
-                self.sure_optimum(&strategies, operator)?;
-                let Strategies { coalition, optimum, bound } = strategies;
-                let question = question(property::Measure::Reward(rewards.clone()), optimum, bound);
-                Ok(Some(Simple { question, formula: formula.clone(), coalition }))
-            }
-            _ => Ok(None),
-        }
-    }
-}
-
-impl Simple {
-    /// Returns whether the answer is a number, or depends on one.
-    pub fn asks_for_number(&self) -> bool {
-        matches!(self.question, property::Question::Quantity(_))
-    }
-
-    /// Returns whether the formula is one temporal operator with bounds on the number of steps.
-    pub fn is_bounded(&self) -> bool {
-        is_bounded(&self.formula)
-    }
-}
-
-/// Returns whether an expression is the label of the initial states.
-fn is_initial(e: &Expr) -> bool {
-    matches!(e.nodes.as_slice(), [Node { kind: NodeKind::Label(name), .. }] if **name == *"init")
 }
 
 /// Returns the operands of the root of an expression in post-order.

@@ -9,7 +9,7 @@ use meliora_base::error::Result;
 use meliora_base::value::{Type, Value};
 
 /// Returns whether a formula is one temporal operator with bounds on the number of steps.
-pub(crate) fn is_bounded(formula: &Formula) -> bool {
+pub(super) fn is_bounded(formula: &Formula) -> bool {
     use FormulaKind::{Always, Eventually, Not, Release, Until, Weak};
     match &formula.kind {
         Not(a) => is_bounded(a),
@@ -35,14 +35,6 @@ fn is_condition(formula: &Formula) -> bool {
 }
 
 impl Checker<'_> {
-    /// Returns whether a condition of the formula has operators.
-    pub(super) fn is_nested_in(&self, formula: &Formula) -> bool {
-        match &formula.kind {
-            FormulaKind::State(e) => self.has_operators(e),
-            _ => formula.operands().into_iter().any(|part| self.is_nested_in(part)),
-        }
-    }
-
     /// Checks a formula.
     pub(super) fn path(&mut self, formula: &Formula) -> Result<Path> {
         let (single, recurring) = (self.single(formula)?, self.recurring(formula)?);

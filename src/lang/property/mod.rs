@@ -1,20 +1,20 @@
 //! Properties: expressions over states, whose operators ask for probabilities and rewards.
 //!
 //! [`parse_property`] makes a syntax tree, which is checked against a program: [`Property::term`] returns
-//! the expression over its states, and [`Property::simple`] a single operator over a formula without others.
+//! the expression over its states. One that is a single operator in the initial states is a [`Query`].
 
 pub(crate) mod check;
 pub(crate) mod formulas;
 pub(crate) mod operators;
 mod question;
 mod refused;
+mod simplify;
 mod strategies;
 pub mod term;
 
 use std::sync::Arc;
 
 use crate::ast::{Expr, Span};
-use crate::ltl::Formula;
 use crate::parse::{Failed, Parsed, Parser};
 use crate::token::Token;
 use ahash::AHashMap;
@@ -29,24 +29,14 @@ pub use meliora_model::property::{
 pub(crate) use operators::Extreme;
 use operators::NAMED;
 pub use operators::Operator;
-pub(crate) use question::{compared, quantity};
+pub use question::Query;
+use simplify::simplified;
 pub use term::Term;
 
 /// A property as it is written: an expression over states.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Property {
     pub(crate) expression: Expr,
-}
-
-/// One operator over a formula without other operators.
-#[derive(Debug, Clone)]
-pub struct Simple {
-    /// Question.
-    pub question: Question,
-    /// Formula on paths.
-    pub formula: Formula,
-    /// The players of a game who choose to make the property true, as an entry per player.
-    pub coalition: Option<Vec<bool>>,
 }
 
 /// Properties by their names, which others of the same text may refer to.
@@ -83,16 +73,7 @@ impl Property {
     /// not say which strategies it asks about. A property names players that the model does not have. A part is
     /// not supported.
     pub fn term(&self, program: &Program, source: &Arc<SourceFile>, named: &Named) -> Result<Term> {
-        Checker::new(program, source, named).term(&self.expression)
-    }
-
-    /// Returns the question of a property that is one operator over a formula without other operators: a
-    /// probability, or a reward until a set of states is reached; `None` for others.
-    ///
-    /// # Errors
-    /// See [`Property::term`].
-    pub fn simple(&self, program: &Program, source: &Arc<SourceFile>) -> Result<Option<Simple>> {
-        Checker::new(program, source, &Named::default()).simple(&self.expression)
+        Checker::new(program, source, named).term(&self.expression).map(simplified)
     }
 }
 

@@ -1,24 +1,59 @@
-//! The questions of operators: which strategies count, and whether numbers are needed.
+//! The questions of operators: which strategies count, and whether numbers are needed. A property that is one
+//! operator about the paths from the initial states is a [`Query`].
 
 use num_traits::{One, Zero};
 
 use super::operators::Extreme;
-use super::term::Measured;
-use super::{Bound, Inequality, Measure, Optimum, Quantity, Question, Strategies};
+use super::term::{self, Accumulated, FilterFunction, Measured, Path, Term, TermKind};
+use super::{Bound, Inequality, Measure, Optimum, Over, Quantity, Question, Strategies};
 use meliora_base::exact::Ratio;
+use meliora_model::Program;
 
-/// Returns the question of a comparison of a probability with a number. Without a name, the bound
-/// must hold for every strategy.
-pub(crate) fn compared(extreme: Extreme, comparison: Inequality, value: Ratio) -> Question {
-    let optimum = optimum(extreme, Some(comparison), false);
-    question(Measure::Probability, optimum, Some((comparison, value)))
+/// One operator over a formula without other operators: the probability of the formula, or a reward until a set of
+/// states is reached.
+#[derive(Debug, Clone)]
+pub struct Query<'t> {
+    /// The question about the formula.
+    pub question: Question,
+    /// The formula.
+    pub path: &'t Path,
+    /// The players of a game who choose to make the property true, as an entry per player.
+    pub coalition: Option<&'t Vec<bool>>,
+    /// The part of the initial states that it is about.
+    pub over: Over,
 }
 
-/// Returns a quantity. A bound without a name must hold for every strategy: a lower bound for the
-/// minimum, an upper bound for the maximum.
-pub(crate) fn quantity(measure: Measure, extreme: Extreme, bound: Option<(Inequality, Ratio)>) -> Quantity {
-    let optimum = optimum(extreme, bound.as_ref().map(|(comparison, _)| *comparison), false);
-    Quantity { measure, optimum, bound }
+impl Query<'_> {
+    /// Returns whether the answer is a number, or depends on one.
+    pub fn asks_for_number(&self) -> bool {
+        matches!(self.question, Question::Quantity(_))
+    }
+}
+
+impl Term {
+    /// Returns the query that the property is in the initial states; `None` for other properties.
+    pub fn query(&self, program: &Program) -> Option<Query<'_>> {
+        match &self.kind {
+            TermKind::Filter(filter) => {
+                let states = filter.states.as_ref()?;
+                let query = filter.of.query(program).filter(|query| query.over == Over::All)?;
+                let over = match filter.function {
+                    FilterFunction::Forall | FilterFunction::Range => Over::All,
+                    FilterFunction::Min => Over::Least,
+                    FilterFunction::Max => Over::Greatest,
+                    _ => return None,
+                };
+                states.is_initial(program).then_some(Query { over, ..query })
+            }
+            TermKind::Operator(measured) => measured.query(program),
+            _ => None,
+        }
+    }
+
+    /// Returns whether the condition is that of the initial states.
+    pub fn is_initial(&self, program: &Program) -> bool {
+        matches!(&self.kind, TermKind::State(states) if states.is_same(&program.predicate(program.initial)))
+    }
 }
 
 /// Returns the strategies of an operator; `None` if it does not say. A bound without a name must hold for
@@ -36,12 +71,8 @@ pub(super) fn optimum(extreme: Extreme, bound: Option<Inequality>, some: bool) -
 }
 
 /// Returns the question of an operator: one without numbers if the bound is 0 or 1.
-pub(super) fn question(
-    measure: Measure,
-    optimum: Option<Optimum>,
-    bound: Option<(Inequality, Ratio)>,
-) -> Question {
-    let (Measure::Probability, Some(optimum), Some((comparison, value))) = (&measure, optimum, &bound) else {
+pub(super) fn question(measure: Measure, optimum: Optimum, bound: Option<(Inequality, Ratio)>) -> Question {
+    let (Measure::Probability, Some((comparison, value))) = (&measure, &bound) else {
         return Question::Quantity(Quantity { measure, optimum, bound });
     };
     let qualitative = match comparison {
@@ -49,7 +80,7 @@ pub(super) fn question(
         Inequality::Gt if value.is_zero() => Bound::Positive,
         Inequality::Lt if value.is_one() => Bound::BelowOne,
         Inequality::Le if value.is_zero() => Bound::Zero,
-        _ => return Question::Quantity(Quantity { measure, optimum: Some(optimum), bound }),
+        _ => return Question::Quantity(Quantity { measure, optimum, bound }),
     };
     // The minimum is at least b if the probability of every strategy is; the maximum, if that of
     // some strategy is.
@@ -62,20 +93,21 @@ pub(super) fn question(
     Question::Qualitative(strategies, qualitative)
 }
 
-/// Returns the optimum and the comparison of a question without numbers: what [`question`] is made of.
-pub(super) fn bound_of(strategies: Strategies, likely: Bound) -> (Optimum, Option<(Inequality, Ratio)>) {
-    let (comparison, value) = match likely {
-        Bound::One => (Inequality::Ge, Ratio::one()),
-        Bound::Positive => (Inequality::Gt, Ratio::zero()),
-        Bound::BelowOne => (Inequality::Lt, Ratio::one()),
-        Bound::Zero => (Inequality::Le, Ratio::zero()),
-    };
-    let from_below = matches!(likely, Bound::One | Bound::Positive);
-    let is_max = (strategies == Strategies::Some) == from_below;
-    (if is_max { Optimum::Max } else { Optimum::Min }, Some((comparison, value)))
-}
-
 impl Measured {
+    fn query(&self, program: &Program) -> Option<Query<'_>> {
+        let (measure, path) = match &self.measure {
+            term::Measure::Probability(path) if path.nested.is_empty() => (Measure::Probability, path),
+            term::Measure::Reward(rewards, Accumulated::Until(path))
+                if program.players.is_none() && path.target().is_some() =>
+            {
+                (Measure::Reward(rewards.clone()), path)
+            }
+            _ => return None,
+        };
+        let question = question(measure, self.optimum, self.bound.clone());
+        Some(Query { question, path, coalition: self.coalition.as_ref(), over: Over::All })
+    }
+
     /// Returns the truth of a bound that all probabilities satisfy, or none.
     pub fn trivial(&self) -> Option<bool> {
         let (comparison, bound) = self.bound.as_ref()?;
@@ -90,7 +122,7 @@ impl Measured {
 
     /// Returns the question of a bound on a probability that is decided without numbers.
     pub fn qualitative(&self) -> Option<(Strategies, Bound)> {
-        match question(Measure::Probability, Some(self.optimum), self.bound.clone()) {
+        match question(Measure::Probability, self.optimum, self.bound.clone()) {
             Question::Qualitative(strategies, bound) => Some((strategies, bound)),
             Question::Quantity(_) => None,
         }

@@ -1,12 +1,14 @@
 //! Properties as expressions over the states of a program: sets of states, and numbers.
 
+use super::formulas::is_bounded;
 use crate::ast::{BinaryOp, Function, Span};
-use crate::ltl::Formula;
+use crate::ltl::{Formula, FormulaKind};
 use meliora_base::exact::Ratio;
 use meliora_base::value::Type;
-use meliora_model::Optimum;
+use meliora_model::expr::ExprId;
 use meliora_model::predicate::{Predicate, Predicates};
 use meliora_model::property::{Inequality, Rewards};
+use meliora_model::{Optimum, Program};
 
 /// A property over the states of a program: a condition, or a number.
 #[derive(Debug, Clone)]
@@ -103,6 +105,33 @@ pub struct Path {
     pub nested: Vec<Term>,
 }
 
+impl Path {
+    /// Returns the target if the formula is `F target` without bounds and operators in the target.
+    pub fn target(&self) -> Option<Predicate> {
+        self.formula.known_target().map(|target| self.predicates.get(target))
+    }
+
+    /// Returns whether the formula is one temporal operator with bounds on the number of steps.
+    pub fn is_bounded(&self) -> bool {
+        is_bounded(&self.formula)
+    }
+
+    /// Returns a program whose pool contains the conditions of the formula.
+    pub fn over(&self, program: &Program) -> Program {
+        Program { pool: self.predicates.clone().into_pool(), ..program.clone() }
+    }
+
+    /// Returns whether another path has the same formula over the same conditions, none of them nested. Two different
+    /// formulas can still mean the same.
+    pub fn is_same(&self, other: &Path) -> bool {
+        let mut conditions = [Vec::new(), Vec::new()];
+        let forms = [(self, 0), (other, 1)].map(|(path, at)| form(&path.formula, &mut conditions[at]));
+        let [own, theirs] = conditions;
+        let alike = |(&a, &b)| self.predicates.get(a).is_same(&other.predicates.get(b));
+        self.nested.is_empty() && forms[0] == forms[1] && own.iter().zip(&theirs).all(alike)
+    }
+}
+
 /// A formula with at most one temporal operator, or its negation.
 #[derive(Debug, Clone)]
 pub struct Single {
@@ -185,4 +214,22 @@ impl Term {
     pub fn is_condition(&self) -> bool {
         self.ty == Type::Bool
     }
+}
+
+/// Returns a formula without places, whose conditions are their positions in a list.
+fn form(formula: &Formula, conditions: &mut Vec<ExprId>) -> Formula {
+    fn without_places(formula: &mut Formula, conditions: &mut Vec<ExprId>) {
+        formula.span = Span::default();
+        if let FormulaKind::Known(id) = formula.kind {
+            formula.kind = FormulaKind::Nested(conditions.len());
+            conditions.push(id);
+        }
+        for bound in formula.bounds_mut() {
+            bound.nodes.iter_mut().for_each(|node| node.span = Span::default());
+        }
+        formula.operands_mut().into_iter().for_each(|part| without_places(part, conditions));
+    }
+    let mut form = formula.clone();
+    without_places(&mut form, conditions);
+    form
 }

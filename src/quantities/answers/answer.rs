@@ -80,19 +80,14 @@ impl Asked<'_> {
 }
 
 /// Returns the regions that a question needs; a target without a question needs all four.
-pub fn needed(question: Option<&Question>, program: &Program) -> Vec<Which> {
+pub fn needed(question: Option<&Question>) -> Vec<Which> {
     match question {
         None => Which::ALL.to_vec(),
         Some(Question::Qualitative(strategies, bound)) => vec![deciding(*strategies, *bound).0],
         Some(Question::Quantity(quantity)) => {
-            path_values::needed(&quantity.measure, optimum(quantity, program)).to_vec()
+            path_values::needed(&quantity.measure, quantity.optimum).to_vec()
         }
     }
-}
-
-/// Returns the strategies that a quantity is about; without a word, all have the same value.
-fn optimum(quantity: &Quantity, program: &Program) -> Optimum {
-    quantity.strategies(program).unwrap_or(Optimum::Max)
 }
 
 /// Answers a property as far as the known regions decide it: a qualitative one, or a probability
@@ -112,7 +107,7 @@ pub fn decided<E: Engine>(
         Some(Question::Quantity(quantity)) if quantity.measure == Measure::Probability => quantity,
         _ => return Ok(Answer::of(None)),
     };
-    let (one, zero) = match optimum(quantity, asked.program) {
+    let (one, zero) = match quantity.optimum {
         Optimum::Max => (Strategies::Some, Strategies::All),
         Optimum::Min => (Strategies::All, Strategies::Some),
     };
@@ -196,7 +191,7 @@ fn of_paths<'a, E: Engine>(
         return Err(Limit::Listed(MOST_STATES as u64).into());
     }
     let wanted = wanted(program, quantity, &target)?;
-    let mut paths = Paths::explore(engine, program, (&wanted, optimum(quantity, program)), regions, &states)?;
+    let mut paths = Paths::explore(engine, program, (&wanted, quantity.optimum), regions, &states)?;
     Ok(Box::new(move |precision| {
         let found = paths.values(precision <= 0.0)?;
         // The values of several states may be far apart; each has narrow bounds of its own.
@@ -221,7 +216,7 @@ fn in_game<'a, E: Engine>(
     quantity: &Quantity,
     regions: &Regions<Option<E::States>>,
 ) -> Result<Compute<'a>> {
-    let optimum = optimum(quantity, asked.program);
+    let optimum = quantity.optimum;
     let (arena, goal) = (Arena::new(engine, asked.program)?, Goal::against(optimum));
     let members = |set: &E::States| arena.members(engine, set);
     let initial = members(&engine.initial_states())?;

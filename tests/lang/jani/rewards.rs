@@ -1,6 +1,5 @@
 //! Rewards of JANI models: transient numbers.
 
-use meliora::advanced::lang::named::Asks;
 use meliora::advanced::lang::property::{Measure, Optimum, Question, Rewards};
 use meliora::error::Error;
 use meliora::model::Program;
@@ -111,12 +110,13 @@ fn properties_accumulate_what_they_name() {
     let choice = program.choices(&[3]).unwrap().remove(0).0;
     let mut earned = Vec::new();
     for property in &checked.properties {
-        let Ok(Asks::One(asked)) = &property.asks else {
+        let Ok(term) = &property.term else {
             earned.push((property.name.as_str(), "no answer".to_owned()));
             continue;
         };
-        let Question::Quantity(quantity) = &asked.question else { panic!("{:?}", asked.question) };
-        assert_eq!((quantity.optimum, quantity.bound.clone()), (Some(Optimum::Max), None));
+        let question = term.query(program).expect("it is one operator").question;
+        let Question::Quantity(quantity) = &question else { panic!("{question:?}") };
+        assert_eq!((quantity.optimum, quantity.bound.clone()), (Optimum::Max, None));
         let Measure::Reward(rewards @ Rewards::Numbered(_)) = &quantity.measure else {
             panic!("{quantity:?}")
         };

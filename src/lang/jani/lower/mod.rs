@@ -23,9 +23,9 @@ use ahash::{AHashMap, AHashSet};
 use super::read::model::Model;
 use crate::ast::Ident;
 use crate::check::{self, Checked};
-use crate::ltl::Formula;
 use crate::named::Property;
 use crate::names::renamed;
+use crate::property::{self, Named};
 use crate::refusal::Refusal;
 use crate::valuation::Binding;
 use meliora_base::error::{Error, Result};
@@ -39,6 +39,9 @@ use state::Lowering;
 
 /// The reason against a property that has no better one.
 const NO_MEANING: &str = "it has no meaning in this model";
+
+/// A property by its name, over the pool of the program, or the reason against it.
+type Lowered = (String, Result<property::Property, Refusal>);
 
 /// Flattens a model.
 ///
@@ -108,12 +111,19 @@ impl Lowering<'_> {
             stop: None,
             players: None,
         };
+        let checked = |(name, lowered): Lowered| {
+            let term = lowered.and_then(|property| {
+                property.term(&program, &program.source, &Named::default()).map_err(|e| Refusal::of(&e))
+            });
+            Property { name, term }
+        };
+        let properties = properties.into_iter().map(checked).collect();
         Ok(Checked { program, warnings: self.warnings, properties })
     }
 
     /// Lowers the properties. Returns them with the labels that they give: the targets of those that ask
     /// about reaching one.
-    fn properties(&mut self, rewards: &mut Vec<RewardStructure>) -> (Vec<Property>, Vec<(String, ExprId)>) {
+    fn properties(&mut self, rewards: &mut Vec<RewardStructure>) -> (Vec<Lowered>, Vec<(String, ExprId)>) {
         let (mut properties, mut targets) = (Vec::new(), Vec::new());
         let model = self.model;
         let mut met = AHashSet::new();
@@ -121,19 +131,17 @@ impl Lowering<'_> {
             model.properties.iter().map(|p| p.name.as_str()).filter(|name| !met.insert(*name)).collect();
         for property in model.properties.iter() {
             let name = &property.name;
-            let asks = match &property.asks {
+            let lowered = match &property.asks {
                 _ if doubled.contains(name.as_str()) => {
                     Err(Refusal::without_place(format!("several properties have the name \"{name}\"")))
                 }
                 Err(refusal) => Err(refusal.clone()),
-                Ok(stated) => {
-                    let formula = stated.question.as_ref().map(|asked| self.path(name, &asked.formula));
-                    let target = formula.iter().flatten().next().and_then(Formula::known_target);
-                    targets.extend(target.map(|target| (name.clone(), target)));
-                    self.asks(name, stated, formula, rewards)
+                Ok(expressed) => {
+                    targets.extend(self.target(name, expressed).map(|target| (name.clone(), target)));
+                    self.expressed(name, expressed, rewards)
                 }
             };
-            properties.push(Property { name: name.clone(), asks });
+            properties.push((name.clone(), lowered));
         }
         (properties, targets)
     }

@@ -1,13 +1,11 @@
 //! Properties: formulas and expressions over states, whose conditions become expressions in the pool of the program.
 
-use super::super::read::property::{Expressed, Stated};
-use super::super::read::single::{inequality, is_plain};
+use super::super::read::property::Expressed;
 use super::NO_MEANING;
 use super::scope::Place;
 use super::state::Lowering;
-use crate::ast::{Expr, Node, NodeKind};
+use crate::ast::{BinaryOp, Expr, Node, NodeKind};
 use crate::ltl::{Formula, FormulaKind};
-use crate::named::{Asked, Asks};
 use crate::property::check::parts;
 use crate::property::operators::{self, Accumulated, OperatorKind};
 use crate::property::{Inequality, Operator, Property, Rewards};
@@ -17,36 +15,18 @@ use meliora_model::expr::ExprId;
 use meliora_model::rewards::RewardStructure;
 
 impl Lowering<'_> {
-    /// Returns the meaning of a property with its formula, or the reason against it.
-    pub(super) fn asks(
-        &mut self,
-        name: &str,
-        stated: &Stated,
-        formula: Option<Result<Formula, Refusal>>,
-        rewards: &mut Vec<RewardStructure>,
-    ) -> Result<Asks, Refusal> {
-        if let Some(expressed) = &stated.expression {
-            return self.expressed(name, expressed, rewards).map(Asks::Expression);
-        }
-        match (&stated.question, formula) {
-            (Some(asked), Some(formula)) => {
-                let (formula, question) = (formula?, self.question(name, asked, rewards)?);
-                Ok(Asks::One(Asked { formula, question, over: asked.over.unwrap_or_default() }))
-            }
-            _ => Err(Refusal::without_place(NO_MEANING)),
-        }
-    }
-
-    /// Returns a formula with its state formulas in the pool of the program, and the values of its
-    /// bounds, or the reason against it.
-    pub(super) fn path(&mut self, property: &str, formula: &Formula) -> Result<Formula, Refusal> {
+    /// Returns the target of a property that asks about reaching one, in whatever states.
+    pub(super) fn target(&mut self, property: &str, expressed: &Expressed) -> Option<ExprId> {
+        let target = reached(&expressed.expression.nodes)?.reachability().filter(|e| is_plain(&e.nodes))?;
         let told = self.lowerer.diagnostics.len();
-        let lowered = self.lowered(property, formula);
-        self.refused(told).map_or_else(|| lowered.ok_or_else(|| Refusal::without_place(NO_MEANING)), Err)
+        let what = format!("a state formula of the property `{property}`");
+        let lowered = self.typed(target, Place::default(), Type::Bool, &what);
+        self.lowerer.diagnostics.truncate(told);
+        lowered
     }
 
     /// Returns an expression over states with its conditions and numbers in the pool of the program.
-    fn expressed(
+    pub(super) fn expressed(
         &mut self,
         name: &str,
         Expressed { expression, rewards }: &Expressed,
@@ -172,19 +152,6 @@ impl Lowering<'_> {
         self.replaced(formula, |own, bound| own.known(bound, rewards), state)
     }
 
-    fn lowered(&mut self, property: &str, formula: &Formula) -> Option<Formula> {
-        let bound = |own: &mut Self, bound: &Expr| {
-            let what = format!("a bound of the property `{property}`");
-            let value = own.constant(bound, Place::default(), Type::Int, &what)?;
-            Some(Expr::of(NodeKind::Literal(value), bound.span()))
-        };
-        let state = |own: &mut Self, e: &Expr| {
-            let what = format!("a state formula of the property `{property}`");
-            own.typed(e, Place::default(), Type::Bool, &what).map(FormulaKind::Known)
-        };
-        self.replaced(formula, bound, state)
-    }
-
     /// Returns a formula with other bounds and state formulas.
     fn replaced(
         &mut self,
@@ -205,4 +172,42 @@ impl Lowering<'_> {
         }
         Some(formula)
     }
+}
+
+/// Returns the formula of a property that is one operator, its negation, its comparison or a filter over these.
+fn reached(nodes: &[Node]) -> Option<&Formula> {
+    match (&nodes.last()?.kind, parts(nodes).as_slice()) {
+        (NodeKind::Operator(operator), _) => match &operator.kind {
+            OperatorKind::Filter(_, of, _) => meliora_base::stack::level(|| reached(&of.nodes)),
+            OperatorKind::Probability(_, formula)
+            | OperatorKind::Reward(_, _, Accumulated::Until(formula)) => Some(formula),
+            _ => None,
+        },
+        (NodeKind::Not, &[operand]) => meliora_base::stack::level(|| reached(operand)),
+        (&NodeKind::Binary(op), &[a, b]) => {
+            inequality(op)?;
+            match (is_plain(a), is_plain(b)) {
+                (false, true) => reached(a),
+                (true, false) => reached(b),
+                _ => None,
+            }
+        }
+        _ => None,
+    }
+}
+
+/// Returns whether an expression has no operators of properties and names no states that only properties name.
+fn is_plain(nodes: &[Node]) -> bool {
+    !nodes.iter().any(|node| matches!(node.kind, NodeKind::Operator(_) | NodeKind::Label(_)))
+}
+
+/// Returns the comparison that an operator makes, if it makes one of sizes.
+fn inequality(op: BinaryOp) -> Option<Inequality> {
+    Some(match op {
+        BinaryOp::Ge => Inequality::Ge,
+        BinaryOp::Gt => Inequality::Gt,
+        BinaryOp::Le => Inequality::Le,
+        BinaryOp::Lt => Inequality::Lt,
+        _ => return None,
+    })
 }

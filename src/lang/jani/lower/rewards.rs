@@ -2,14 +2,12 @@
 //! is left, the values that edges assign are earned by the step.
 
 use super::super::read::model::Destination;
-use super::super::read::property::{self as read, Reward};
+use super::super::read::property::Reward;
 use super::scope::{EdgeOf, Meaning, Place, Slot};
 use super::state::Lowering;
-use crate::ast::{BinaryOp, Expr, Node, NodeKind, Span};
+use crate::ast::{BinaryOp, Node, NodeKind, Span};
 use crate::combinations::combinations;
-use crate::property::{self, Measure, Question, Rewards};
 use crate::refusal::Refusal;
-use meliora_base::exact::{Ratio, Real};
 use meliora_base::value::{Type, Value};
 use meliora_model::expr::ExprId;
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
@@ -163,27 +161,6 @@ impl<'a> Lowering<'a> {
 }
 
 impl Lowering<'_> {
-    /// Returns the question of a property, or the reason why it cannot be answered.
-    pub(super) fn question(
-        &mut self,
-        property: &str,
-        asked: &read::Question,
-        structures: &mut Vec<RewardStructure>,
-    ) -> Result<Question, Refusal> {
-        let bound = match &asked.bound {
-            Some((comparison, bound)) => Some((*comparison, self.number(bound)?)),
-            None => None,
-        };
-        let Some(reward) = &asked.reward else {
-            return Ok(match bound {
-                Some((comparison, value)) => property::compared(asked.extreme, comparison, value),
-                None => Question::Quantity(property::quantity(Measure::Probability, asked.extreme, None)),
-            });
-        };
-        let measure = Measure::Reward(Rewards::Numbered(self.structure(property, reward, structures)?));
-        Ok(Question::Quantity(property::quantity(measure, asked.extreme, bound)))
-    }
-
     /// Returns the number of the structure of a reward, from 1. One that is not a structure of the model becomes one
     /// with the name of the property.
     pub(super) fn structure(
@@ -213,19 +190,6 @@ impl Lowering<'_> {
                 structures.len()
             }
         })
-    }
-
-    /// Returns the exact value of the bound of a property, or the reason against it.
-    fn number(&mut self, bound: &Expr) -> Result<Ratio, Refusal> {
-        let told = self.lowerer.diagnostics.len();
-        let value = self.constant_literal(bound, Place::default(), Type::Real, "the bound of a property");
-        if let Some(refusal) = self.refused(told) {
-            return Err(refusal);
-        }
-        match value.map(|(_, value)| value.into_real()) {
-            Some(Real::Finite(value)) => Ok(value),
-            _ => Err(Refusal::without_place("its bound is not a finite number")),
-        }
     }
 
     /// Returns the structure of a reward that is an expression over the state.

@@ -8,7 +8,6 @@ mod path;
 pub(super) mod property;
 pub(super) mod reader;
 pub(super) mod record;
-pub(super) mod single;
 pub(super) mod types;
 
 use std::sync::Arc;

@@ -114,12 +114,8 @@ impl<'a> Reader<'a> {
         };
         let at = |moment: &str| moments.iter().any(|own| own == moment);
         let (steps, exit) = (at("steps"), at("exit"));
-        let reaches = match object.get("reach") {
-            Some(target) => !self.is_temporal(target)?,
-            None => false,
-        };
         let rewards = self.rewards.get_or_insert_default();
-        rewards.push(Reward { value, steps, exit, reaches });
+        rewards.push(Reward { value, steps, exit });
         Some(Rewards::Numbered(rewards.len()))
     }
 }

@@ -5,8 +5,6 @@ use super::super::json::{Node, Shape};
 use super::reader::Reader;
 use super::record::{Read, records};
 use crate::ast::{Expr, Ident, Span};
-use crate::ltl::Formula;
-use crate::property::{Extreme, Inequality, Over};
 use crate::refusal::Refusal;
 
 /// A part of a property, or the reason why a well-formed property is not supported.
@@ -29,13 +27,13 @@ records! {
     };
 }
 
-/// A property of the model, with its question or the reason against it.
+/// A property of the model, or the reason against it.
 #[derive(Debug, Clone)]
 pub(crate) struct Property {
     pub(crate) name: String,
     /// The place of the name, or of the property without a name.
     pub(crate) span: Span,
-    pub(crate) asks: Result<Stated, Refusal>,
+    pub(crate) asks: Result<Expressed, Refusal>,
 }
 
 /// The properties of a model.
@@ -79,16 +77,7 @@ fn property<'a>(reader: &mut Reader<'a>, node: Node<'a>, index: usize) -> Option
 }
 
 /// The property, or the reason why it is not supported.
-pub(crate) type Asked = Result<Stated, String>;
-
-/// A property that could be read.
-#[derive(Debug, Clone)]
-pub(crate) struct Stated {
-    /// The question, if it is one about a single formula, maybe in other states than the initial ones.
-    pub(crate) question: Option<Question>,
-    /// The expression over states, unless the question is about the initial states.
-    pub(crate) expression: Option<Expressed>,
-}
+pub(crate) type Asked = Result<Expressed, String>;
 
 /// A property as an expression over states.
 #[derive(Debug, Clone)]
@@ -96,20 +85,6 @@ pub(crate) struct Expressed {
     pub(crate) expression: Expr,
     /// The rewards to which its operators refer by numbers from 1.
     pub(crate) rewards: Vec<Reward>,
-}
-
-/// A question about a formula on paths.
-#[derive(Debug, Clone)]
-pub(crate) struct Question {
-    pub(crate) formula: Formula,
-    pub(crate) extreme: Extreme,
-    /// The expected reward until a target is reached, for the formula `F target`; `None` for the
-    /// probability of the formula.
-    pub(crate) reward: Option<Reward>,
-    /// The comparison with a number, an expression without variables, if there is one.
-    pub(crate) bound: Option<(Inequality, Expr)>,
-    /// The part of the initial states that the filter around it is about; `None` for other filters.
-    pub(crate) over: Option<Over>,
 }
 
 /// A reward that is accumulated.
@@ -120,18 +95,11 @@ pub(crate) struct Reward {
     pub(crate) steps: bool,
     /// At the end of a stay in a state: the value in the state.
     pub(crate) exit: bool,
-    /// True if it is accumulated until a set of states is reached, which is not a formula on paths.
-    pub(crate) reaches: bool,
 }
 
 impl<'a> Read<'a> for Asked {
     fn read(reader: &mut Reader<'a>, node: Node<'a>, _: &str) -> Option<Self> {
-        let expressed = reader.expressed(node)?;
-        Some(expressed.map(|expressed| {
-            let question = expressed.question();
-            let in_initial = question.as_ref().is_some_and(|question| question.over.is_some());
-            Stated { question, expression: (!in_initial).then_some(expressed) }
-        }))
+        reader.expressed(node)
     }
 }
 
