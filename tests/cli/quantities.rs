@@ -177,10 +177,10 @@ const SCRAMBLE: &str = "models/scramble.prism --const cells=1013";
 /// A model of 32,768 states with few nodes.
 const COUNTERS: &str = "mdp
 module m
-  x : [0..31]; y : [0..31]; z : [0..31];
-  [x] x<31 -> (x'=x+1);
-  [y] y<31 -> (y'=y+1);
-  [z] z<31 -> 0.5: (z'=z+1) + 0.5: true;
+  x : [0..127]; y : [0..127]; z : [0..127];
+  [x] x<127 -> (x'=x+1);
+  [y] y<127 -> (y'=y+1);
+  [z] z<127 -> 0.5: (z'=z+1) + 0.5: true;
 endmodule";
 
 #[test]
@@ -200,7 +200,7 @@ fn states_that_share_no_nodes_are_stored_one_by_one() {
     // The order is one of bits of diagrams.
     assert_eq!(ask(SCRAMBLE, &format!("{target} --order declared"))["engine"], "symbolic");
     let dense = ask(&scratch.show("m.prism"), target);
-    assert_eq!((&dense["engine"], &dense["counts"]["states"]), (&json!("symbolic"), &json!("32768")));
+    assert_eq!((&dense["engine"], &dense["counts"]["states"]), (&json!("symbolic"), &json!("2097152")));
 }
 
 /// The chances of both rooms add up to 1: `right` leads to one of them, `left` to the other one in half of all cases.
