@@ -240,10 +240,10 @@ pub fn arguments(text: &str) {
     if let Some(tree) = seen(lang::parse_expression(&source)) {
         seen(lang::lower_target(&program, &source, &tree));
     }
-    if let Some(property) = seen(lang::parse_property(&source)) {
-        if let Some(term) = seen(property.term(&program, &source, &Named::default())) {
-            asked(&program, &source, &term);
-        }
+    if let Some(property) = seen(lang::parse_property(&source))
+        && let Some(term) = seen(property.term(&program, &source, &Named::default()))
+    {
+        asked(&program, &source, &term);
     }
     ARCHIVE.with_borrow(|archive| {
         if let Some(selected) = seen(archive.select(text)) {
