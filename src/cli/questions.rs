@@ -49,7 +49,8 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Asked) -> 
     }
     let mix = mix(given, asked)?;
     let (known, failed, closed) = (vec![None; asked.plan.requests.len()], Vec::new(), Vec::new());
-    let mut work = Work { job, given, asked, selected, mix, known, failed, closed, engine: None };
+    let done = vec![false; asked.plan.requests.len()];
+    let mut work = Work { job, given, asked, selected, mix, known, done, failed, closed, engine: None };
     work.begin();
     work.early()?;
     work.watched()?;
@@ -125,8 +126,8 @@ fn mix<'t>(given: &Given<'t>, asked: &Asked) -> Result<Option<&'t Target>, Error
 
 /// The way in which a request was answered.
 enum Answered {
-    /// By an engine that knows all states; the answers are in the report. With the strategies of `multi`.
-    ByStates(Arc<AnyEngine>, Known, Option<String>),
+    /// By an engine that knows all states, these requests; the answers are in the report. With the strategies of `multi`.
+    ByStates(Arc<AnyEngine>, Vec<usize>, Known, Option<String>),
     /// Over all valuations, with the policy that was asked for, if there is one.
     Everywhere(Judged, Option<Box<Option<Policy>>>),
     Guided(Box<Guided>),
@@ -141,6 +142,8 @@ struct Work<'a> {
     /// The file for the strategies of `multi`.
     mix: Option<&'a Target>,
     known: Known,
+    /// The requests that were answered with all states, as far as limits allow.
+    done: Vec<bool>,
     /// The requests that met a limit in their part of the time. They are tried again with all states.
     failed: Vec<(usize, Limit)>,
     /// The properties that are given up.
@@ -172,7 +175,7 @@ impl Work<'_> {
             open.retain(|&at| self.is_needed(at));
             let (Some(&first), None) = (open.first(), &self.engine) else { return Ok(()) };
             self.job.sink.share(has_more.then_some(1));
-            let found = self.race(&self.asked.program, &open, Some(first), false);
+            let found = self.race(&self.asked.program, &self.left(), Some(first), false);
             self.job.sink.share(None);
             match found {
                 Ok(answered) => self.take(first, answered)?,
@@ -217,6 +220,7 @@ impl Work<'_> {
                 Some(engine) => {
                     let (known, _) = self.by_states(self.job, engine, &requests, true)?;
                     self.known = known;
+                    requests.into_iter().for_each(|at| self.done[at] = true);
                 }
                 None => {
                     let answered = self.race(&self.asked.program, &requests, None, true)?;
@@ -257,6 +261,9 @@ impl Work<'_> {
     /// Returns whether the answer to a request is needed: some property has none without it.
     fn is_needed(&self, request: usize) -> bool {
         let plan = &self.asked.plan;
+        if self.done[request] {
+            return false;
+        }
         let is_known = self.known[request].is_some_and(|known| known.holds().is_some());
         let of_property = |at: &usize| match plan.properties[*at].request() {
             Some(_) => !is_known,
@@ -307,7 +314,7 @@ impl Work<'_> {
         };
         let by_states = |job: &Job<ReachReport>, engine: &Arc<AnyEngine>| {
             let (known, strategies) = self.by_states(job, engine, requests, rest)?;
-            Ok(Answered::ByStates(Arc::clone(engine), known, strategies))
+            Ok(Answered::ByStates(Arc::clone(engine), requests.to_vec(), known, strategies))
         };
         let (args, selected, answer) = (self.given.model, self.selected.clone(), &by_states as _);
         engines::raced(
@@ -346,8 +353,9 @@ impl Work<'_> {
         let asking = asked.plan.requests.get(request).map(|request| &request.asking);
         let alone = asking.map(|asking| (asking, asking.goal.program(&asked.program)));
         match answered {
-            Answered::ByStates(engine, known, strategies) => {
+            Answered::ByStates(engine, requests, known, strategies) => {
                 self.known = known;
+                requests.into_iter().for_each(|at| self.done[at] = true);
                 match (self.mix, strategies) {
                     (Some(target), Some(strategies)) => target.write(&strategies)?,
                     (Some(_), None) => job.sink.warn("no strategies are written: none satisfies the bounds"),
