@@ -272,8 +272,10 @@ pub(crate) fn race<T: Send>(
         Over::Nobody => {
             let last = field.left.iter().rev().find(|(_, limit)| is_memory(limit));
             let found = last.map(|&(way, _)| run(&lane(way, true))).transpose()?.flatten();
-            let limit = || field.left.first().map_or(Limit::Interrupted, |(_, limit)| limit.clone());
-            found.ok_or_else(|| limit().into())
+            found.ok_or_else(|| match field.left.first() {
+                Some((_, limit)) => limit.clone().into(),
+                None => Error::Usage("no way of the race answers this question".to_owned()),
+            })
         }
     }
 }
