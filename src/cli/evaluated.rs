@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 use meliora::reach::evaluate::{Build, Evaluator, Found, Mix, Model, Number, StateValue};
 use meliora::reach::{Goal, Under};
-use meliora_base::error::Error;
+use meliora_base::error::{Diagnostic, Error, Severity};
 use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Engine, SymbolicEngine};
 use meliora_lang::property::term::Term;
@@ -94,6 +94,9 @@ impl Answering<'_> {
         }
         let program = &self.asked.program;
         let goal = Goal::reach(program, program.predicate(program.initial), &self.asked.required)?;
+        if goal.watched.is_some() || program.players.is_some() && !self.asked.required.is_empty() {
+            return properties.iter().try_for_each(|&at| self.refuse_mixed(at));
+        }
         let under = Under::new(&**engine, program, &goal)?;
         self.counted(&**engine, &under, &goal)?;
         let model = Model::new(under.engine(), program, build, self.given.precision);
@@ -126,17 +129,41 @@ impl Answering<'_> {
                 Ok(Ok(found)) => self.found(position, under.engine(), found)?,
                 Ok(Err(reason)) => self.job.update(|r| r.properties[position].reason = Some(reason)),
                 Err(error) if !self.given.is_one && !matches!(error, Error::Limit(_)) => {
-                    let Refusal { reason, place } = Refusal::of(&error);
-                    self.job.update(|r| {
-                        let answer = &mut r.properties[position];
-                        answer.reason = Some(reason);
-                        (answer.line, answer.column) = place.unzip();
-                    });
+                    self.refused(position, &error);
                 }
                 Err(error) => return Err(error),
             }
         }
         Ok(())
+    }
+
+    /// Refuses a property whose requests have answers that differ from one initial state to another, where the states of
+    /// the model do not know the requirements.
+    ///
+    /// # Errors
+    /// It is the only property.
+    fn refuse_mixed(&self, at: usize) -> Result<(), Error> {
+        let property = &self.asked.plan.properties[at];
+        let Some((source, term)) = &property.stated else { return Ok(()) };
+        let message = "the initial states differ in the answers to the operators of this property, and under these \
+                       requirements each operator is answered for all of them together";
+        let wrong = Diagnostic::new(source, term.span.range(), message).severity(Severity::Unsupported);
+        let error = Error::from(wrong.help("ask for each operator alone"));
+        if self.given.is_one {
+            return Err(error);
+        }
+        self.refused(property.position, &error);
+        Ok(())
+    }
+
+    /// Notes in the report that a property has no answer.
+    fn refused(&self, position: usize, error: &Error) {
+        let Refusal { reason, place } = Refusal::of(error);
+        self.job.update(|r| {
+            let answer = &mut r.properties[position];
+            answer.reason = Some(reason);
+            (answer.line, answer.column) = place.unzip();
+        });
     }
 
     /// Adds the answer to a property to the report.

@@ -179,3 +179,19 @@ fn paths_stop_at_a_target_however_the_property_is_written() {
     let refused = ask("Pmax>0 [ F at=5 ] & P>0 [ F at=4 ]").expect(3).stderr;
     assert!(refused.contains("this property asks for more"), "{refused}");
 }
+
+/// The condition was evaluated over the states of the model, which do not know the monitor.
+#[test]
+fn initial_states_that_differ_are_named_under_requirements_with_monitors() {
+    let model =
+        "mdp module m x:[0..3]; [a] x<3 -> (x'=x); [b] x=0 -> (x'=3); endmodule init x=0 | x=2 endinit";
+    let scratch = Scratch::new(&[("m.prism", model)]);
+    let ask = |property: &str| {
+        let model = scratch.show("m.prism");
+        let require = ["--require", "!(x=1) W (x=2)"];
+        Finished::of(meliora().args(["reach", &model, "--property", property]).args(require))
+    };
+    ask("(Pmax>=1 [ F x=3 ]) & (Pmax>=1 [ F x=2 ])").expect(1);
+    let refused = ask("(Pmax>=1 [ F x=3 ]) | (Pmax>=1 [ F x=2 ])").expect(3);
+    assert!(refused.stderr.contains("the initial states differ"), "{}", refused.stderr);
+}
