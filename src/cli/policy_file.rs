@@ -81,14 +81,7 @@ impl PolicyFile {
     pub(super) fn check(self, is_strong: bool, shown: &ShownArgs) -> Result<Status, Error> {
         supervise(self.report(true), self.limits, shown, move |job| {
             let source = load::read(&self.policy)?;
-            if node_file::is_nodes(&source) {
-                return self.with_memory(job, &source, is_strong, None);
-            }
-            self.without_preferences()?;
-            if mix::is_mix(&source) {
-                return self.mixed(job, &source, is_strong, None);
-            }
-            let read = job.timed("parse", || self.read(job, &source), |r, s| r.time.add("parse", s))?;
+            let Some(read) = self.rules(job, &source, is_strong, None)? else { return Ok(()) };
             let Read { program, goal, rules, initial } = &read;
             let check = || Ok(rules.check(program, goal, initial, is_strong, job.sink.as_ref())?);
             let found = job.timed("answer", check, |r, s| r.time.add("answer", s))?;
@@ -107,14 +100,7 @@ impl PolicyFile {
         report.runs = Some(runs.clone());
         supervise(report, self.limits, shown, move |job| {
             let source = load::read(&self.policy)?;
-            if node_file::is_nodes(&source) {
-                return self.with_memory(job, &source, false, Some(&runs));
-            }
-            self.without_preferences()?;
-            if mix::is_mix(&source) {
-                return self.mixed(job, &source, false, Some(&runs));
-            }
-            let read = job.timed("parse", || self.read(job, &source), |r, s| r.time.add("parse", s))?;
+            let Some(read) = self.rules(job, &source, false, Some(&runs))? else { return Ok(()) };
             let all = || {
                 for number in 0..count {
                     job.sink.check()?;
@@ -135,6 +121,24 @@ impl PolicyFile {
     fn report(&self, is_check: bool) -> PolicyReport {
         let header = Header::of_model(&self.model.shown());
         PolicyReport::of_file(header, &self.policy.display().to_string(), is_check)
+    }
+
+    /// Reads a list of rules. Checks or runs a policy of another form; `None` for these.
+    fn rules(
+        &self,
+        job: &Job<PolicyReport>,
+        source: &Arc<SourceFile>,
+        is_strong: bool,
+        runs: Option<&PolicyRuns>,
+    ) -> Result<Option<Read>, Error> {
+        if node_file::is_nodes(source) {
+            return self.with_memory(job, source, is_strong, runs).map(|()| None);
+        }
+        self.without_preferences()?;
+        if mix::is_mix(source) {
+            return self.mixed(job, source, is_strong, runs).map(|()| None);
+        }
+        job.timed("parse", || self.read(job, source), |r, s| r.time.add("parse", s)).map(Some)
     }
 
     /// Refuses preferences that would have no meaning.
