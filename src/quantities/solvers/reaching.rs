@@ -134,7 +134,7 @@ impl Reaching<'_> {
         let near = |x: &Ratio| E::of(&E::Read::of(x));
         let back = Back::with(self.game, self.goal, self.rewards(), near, meter)?;
         let choices = &self.game.choices;
-        meter.take(4 * (choices.first.len() + choices.to.len() + choices.start.len()))?;
+        meter.take(choices.bytes())?;
         Ok(Step { of: self, back, order: self.order(meter)?, reversed: choices.reversed() })
     }
 

@@ -29,7 +29,7 @@ impl<'a> Sides<'a> {
         allowed: &'a BitVec,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        meter.take(4 * (choices.first.len() + choices.to.len() + choices.start.len()))?;
+        meter.take(choices.bytes())?;
         Ok(Sides { choices, maximisers, allowed, reversed: choices.reversed() })
     }
 
