@@ -79,12 +79,10 @@ impl Asked {
     /// A file, the constants, the bounds or an expression is wrong; no state decides the property.
     pub(super) fn stopping(args: &ModelArgs, texts: &Texts<'_>, sink: &TerminalSink) -> Result<Self, Error> {
         let Loaded { program, named, .. } = parsed(args, sink)?;
-        let is_open = texts.target.is_none() && texts.properties.is_empty();
-        let goal = if is_open { goal_of(&program)? } else { None };
-        let property = texts.properties.first().map(String::as_str).or(goal);
-        let (text, Stopping { program, asking }) = match (texts.target, property) {
-            (Some(text), _) => (text, Stopping::target(&program, &SourceFile::new("--target", text))?),
-            (None, Some(text)) => {
+        let (text, Stopping { program, asking }) = match texts.target {
+            Some(text) => (text, Stopping::target(&program, &SourceFile::new("--target", text))?),
+            None => {
+                let text = properties(&program, &named, texts)?[0];
                 let (source, term) = stated(&program, &named, text)?;
                 let Some(query) = term.query(&program) else {
                     let message = "paths stop where the probability or the reward of one formula is decided, and this \
@@ -95,7 +93,6 @@ impl Asked {
                 };
                 (text, Stopping::query(&program, &source, &query)?)
             }
-            (None, None) => return Err(without_question(&named)),
         };
         let overlap = overlap(&program);
         Ok(Asked::new(program, Plan::of(asking, text), Vec::new(), false, overlap))
@@ -163,7 +160,7 @@ pub(super) fn list(
     Ok((planner.finish(), entries))
 }
 
-/// Plans the target or the properties of the command line. Without any, a planning problem is asked for its goal.
+/// Plans the target or the properties of the command line; see [`properties`].
 ///
 /// # Errors
 /// Neither a target nor a property is given, or one is wrong.
@@ -173,29 +170,25 @@ pub(super) fn planned(loaded: &Loaded, texts: &Texts<'_>, required: &[Required])
         let asking = Asking::target(program, &SourceFile::new("--target", text), required)?;
         return Ok(Plan::of(asking, text));
     }
-    let goal: Vec<String>;
-    let properties = match texts.properties {
-        [] => {
-            goal = vec![goal_of(program)?.ok_or_else(|| without_question(&loaded.named))?.to_owned()];
-            &goal
-        }
-        properties => properties,
-    };
     let mut planner = Planner::new(program, required, texts.regions)?;
-    for (position, text) in properties.iter().enumerate() {
+    for (position, text) in properties(program, &loaded.named, texts)?.into_iter().enumerate() {
         let (source, term) = stated(program, &loaded.named, text)?;
         planner.add(position, text, &source, term)?;
     }
     Ok(planner.finish())
 }
 
-/// Returns the property that the goal of a planning problem means; `None` for other models.
+/// Returns the properties of the command line, at least one. Without any, a planning problem is asked for its goal.
 ///
 /// # Errors
-/// The problem has no goal that must hold.
-fn goal_of(program: &Program) -> Result<Option<&'static str>, Error> {
-    let Some(planning) = &program.planning else { return Ok(None) };
-    if planning.has_goal() { Ok(Some(GOAL)) } else { Err(Error::Usage(NO_GOAL.to_owned())) }
+/// There is none, and the model has no goal that must hold.
+fn properties<'t>(program: &Program, named: &[Property], texts: &Texts<'t>) -> Result<Vec<&'t str>, Error> {
+    match (texts.properties, &program.planning) {
+        ([], Some(planning)) if planning.has_goal() => Ok(vec![GOAL]),
+        ([], Some(_)) => Err(Error::Usage(NO_GOAL.to_owned())),
+        ([], None) => Err(without_question(named)),
+        (properties, _) => Ok(properties.iter().map(String::as_str).collect()),
+    }
 }
 
 /// Reads a property, or finds the one with this name in the model.

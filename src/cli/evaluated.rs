@@ -93,10 +93,10 @@ impl Answering<'_> {
             return Ok(());
         }
         let program = &self.asked.program;
-        let goal = Goal::reach(program, program.predicate(program.initial), &self.asked.required)?;
-        if goal.watched.is_some() || program.players.is_some() && !self.asked.required.is_empty() {
+        if !self.asked.plan.is_plain {
             return properties.iter().try_for_each(|&at| self.refuse_mixed(at));
         }
+        let goal = Goal::reach(program, program.predicate(program.initial), &self.asked.required)?;
         let under = Under::new(&**engine, program, &goal)?;
         self.counted(&**engine, &under, &goal)?;
         let model = Model::new(under.engine(), program, build, self.given.precision);

@@ -31,6 +31,9 @@ pub struct Plan {
     pub properties: Vec<Planned>,
     /// True under requirements.
     is_required: bool,
+    /// True if the requirements leave a part of the model itself, for one player, so that properties can be evaluated over
+    /// its states.
+    pub is_plain: bool,
 }
 
 /// A question about the initial states.
@@ -196,9 +199,11 @@ impl Plan {
     /// Returns the plan for one question.
     pub fn of(asking: Asking, text: &str) -> Self {
         let request = Request { asking, properties: vec![0], path: None };
-        let (shape, is_required) = (Shape::Request(0), !request.asking.goal.requirements.is_empty());
+        let goal = &request.asking.goal;
+        let (is_required, is_plain) = (!goal.requirements.is_empty(), goal.watched.is_none());
+        let shape = Shape::Request(0);
         let property = Planned { position: 0, text: text.to_owned(), stated: None, shape };
-        Plan { requests: vec![request], properties: vec![property], is_required }
+        Plan { requests: vec![request], properties: vec![property], is_required, is_plain }
     }
 
     /// Returns whether a property holds in all initial states, as far as the answers to its requests decide it.
@@ -242,8 +247,6 @@ pub struct Planner<'a> {
     required: &'a [Required],
     /// The regions of the properties are wanted: each operator is one request, and other properties are sets of states.
     regions: bool,
-    /// True if the requirements leave a part of the model itself, for one player.
-    is_plain: bool,
     plan: Plan,
     /// The requests to reach states, by the fingerprints of these.
     reaching: AHashMap<u64, Vec<usize>>,
@@ -260,8 +263,8 @@ impl<'a> Planner<'a> {
             || Goal::reach(program, program.predicate(program.initial), required)?.watched.is_none()
                 && program.players.is_none();
         let (reaching, watched) = Default::default();
-        let plan = Plan { is_required: !required.is_empty(), ..Plan::default() };
-        Ok(Planner { program, required, regions, is_plain, plan, reaching, watched })
+        let plan = Plan { is_required: !required.is_empty(), is_plain, ..Plan::default() };
+        Ok(Planner { program, required, regions, plan, reaching, watched })
     }
 
     /// Adds a property. After an error, the plan is that of the others.
@@ -297,7 +300,7 @@ impl<'a> Planner<'a> {
             None if self.regions => Shape::States,
             None => self.shape(source, term)?,
         };
-        if !self.is_plain && shape.has(&|part| matches!(part, Shape::States)) {
+        if !self.plan.is_plain && shape.has(&|part| matches!(part, Shape::States)) {
             return Err(self.refused(source, term));
         }
         let has_requests = shape.has(&|part| matches!(part, Shape::Request(_)));
@@ -355,7 +358,7 @@ impl<'a> Planner<'a> {
     fn can_ask(&self, query: &Query<'_>) -> bool {
         match &query.question {
             Question::Qualitative(..) => !self.required.is_empty() || !query.path.is_bounded(),
-            Question::Quantity(quantity) => quantity.bound.is_some() && !self.is_plain,
+            Question::Quantity(quantity) => quantity.bound.is_some() && !self.plan.is_plain,
         }
     }
 
