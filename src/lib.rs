@@ -57,6 +57,7 @@
 //! | [`meliora_query`] | questions to a dump | lang, engine, dump |
 //! | [`meliora_planning`] | the algorithms of the paper | engine |
 //! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, dump |
+//! | [`meliora_question`] | properties, the requests that they need, and their answers | planning, quantities, lang |
 //! | [`meliora_certify`] | the check of a dump | engine, dump |
 //! | [`meliora_export`] | from an analysis to files, and projections | planning, quantities, formats |
 //! | [`meliora_generate`] | grid worlds | model |
@@ -103,7 +104,6 @@
 
 pub mod advanced;
 mod embed;
-pub mod reach;
 #[cfg(feature = "supervise")]
 pub mod supervise;
 pub mod tutorial;
@@ -228,6 +228,14 @@ pub mod quantities {
         Achiever, Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps,
         ValueOptions, ValuedRule, Values, all_states, answer, choose, confirmed, cost, outlook, path_values,
         state_values, values,
+    };
+}
+
+/// Properties and their answers, from [`meliora_question`].
+pub mod question {
+    #[doc(inline)]
+    pub use meliora_question::{
+        Asking, Goal, Required, Stopping, Target, Under, check_start, evaluate, plan,
     };
 }
 

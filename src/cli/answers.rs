@@ -5,8 +5,6 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use ahash::AHashMap;
-use meliora::reach::plan::{Decision, Request};
-use meliora::reach::{Asking, Goal, Target, Under, check_start};
 use meliora_base::error::Error;
 use meliora_engine::regions::{Regions, Which};
 use meliora_engine::{Count, Engine, Guided};
@@ -15,6 +13,8 @@ use meliora_model::Program;
 use meliora_planning::RegionSearch;
 use meliora_planning::result::ModelCounts;
 use meliora_quantities::answer::Answer;
+use meliora_question::plan::{Decision, Request};
+use meliora_question::{Asking, Goal, Target, Under, check_start};
 use meliora_report::ReachReport;
 use meliora_report::reach::{ReachFindings, Share};
 

@@ -3,8 +3,6 @@
 
 use std::sync::Arc;
 
-use meliora::reach::plan::{Plan, Planner};
-use meliora::reach::{Asking, Required, Stopping};
 use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_engine::NoProgress;
 use meliora_lang::named::Property;
@@ -13,6 +11,8 @@ use meliora_lang::refusal::Refusal;
 use meliora_lang::{Given, parse_property};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
+use meliora_question::plan::{Plan, Planner};
+use meliora_question::{Asking, Required, Stopping};
 use meliora_report::properties::PropertyAnswer;
 
 use super::load::{Loaded, document, overlap, parsed, parsed_for, required};

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
-use meliora::reach::check_start;
 use meliora::supervise::lock;
 use meliora_base::error::Error;
 use meliora_engine::{
@@ -13,6 +12,7 @@ use meliora_engine::{
 };
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, fault};
+use meliora_question::check_start;
 use meliora_report::Number;
 use meliora_report::envelope::{Envelope, Findings};
 

@@ -3,8 +3,6 @@
 use std::sync::Arc;
 
 use ahash::AHashMap;
-use meliora::reach::evaluate::{Build, Evaluator, Found, Mix, Model, Number, StateValue};
-use meliora::reach::{Goal, Under};
 use meliora_base::error::{Diagnostic, Error, Severity};
 use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Engine, SymbolicEngine};
@@ -13,6 +11,8 @@ use meliora_lang::refusal::Refusal;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
 use meliora_quantities::state_values::Bound;
+use meliora_question::evaluate::{Build, Evaluator, Found, Mix, Model, Number, StateValue};
+use meliora_question::{Goal, Under};
 use meliora_report::mix::{self, Mixed};
 use meliora_report::properties::ListedState;
 

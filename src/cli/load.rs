@@ -5,7 +5,6 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::reach::Required;
 use meliora_base::error::{Diagnostic, Error, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
@@ -16,6 +15,7 @@ use meliora_lang::{self as lang, Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
+use meliora_question::Required;
 
 use super::asked::note_inexact;
 use super::model_files::ModelFiles;

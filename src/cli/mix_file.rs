@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use meliora::reach::evaluate::{Evaluator, Following, Model, Objectives};
 use meliora_base::error::{Error, SourceFile};
 use meliora_base::exact::{Ratio, Real};
 use meliora_base::random::Draw;
@@ -16,6 +15,7 @@ use meliora_planning::Sample;
 use meliora_quantities::answer::PRECISION;
 use meliora_quantities::several::Node;
 use meliora_quantities::state_values::Bound;
+use meliora_question::evaluate::{Evaluator, Following, Model, Objectives};
 use meliora_report::PolicyReport;
 use meliora_report::mix::{self, ReadStrategy};
 use meliora_report::policy_report::{MeasuredObjective, ObjectiveValue, PolicyRuns, StrategyValues};

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use meliora::reach::Asking;
-use meliora::reach::plan::Plan;
 use meliora::supervise::lock;
 use meliora_base::error::Error;
 use meliora_model::preference::Objective;
 use meliora_quantities::answer::PRECISION;
+use meliora_question::Asking;
+use meliora_question::plan::Plan;
 use meliora_report::ReachReport;
 use meliora_report::properties::PropertyAnswer;
 use meliora_report::reach::OneQuestion;

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use meliora::reach::{Asking, Target as Goal};
 use meliora_base::error::Error;
 use meliora_base::progress::ProgressSink;
 use meliora_certify::policy::rules::{Rules, Taken};
@@ -11,6 +10,7 @@ use meliora_engine::{Engine, Guided};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_planning::policy::{Policy, PolicyEntry, strong_region};
+use meliora_question::{Asking, Target as Goal};
 use meliora_report::{Number, ReachReport, policy};
 
 use super::files::Target;

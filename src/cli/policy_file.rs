@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use clap::{Arg, Args};
-use meliora::reach::{Asking, Target as Goal};
 use meliora_base::error::{Error, SourceFile};
 use meliora_base::random::Draw;
 use meliora_certify::policy::rules::Rules;
@@ -13,6 +12,7 @@ use meliora_engine::explicit::initial_states;
 use meliora_lang::{Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, State};
+use meliora_question::{Asking, Target as Goal};
 use meliora_report::policy_report::PolicyRuns;
 use meliora_report::{Header, PolicyReport, mix, node_file, policy_file};
 

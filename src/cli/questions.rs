@@ -7,8 +7,6 @@
 
 use std::sync::Arc;
 
-use meliora::reach::Asking;
-use meliora::reach::plan::Decision;
 use meliora_base::error::{Error, Limit};
 use meliora_engine::{AnyEngine, Guided, ProgressSink, Selection, SymbolicEngine};
 use meliora_lang::property::term::TermKind;
@@ -16,6 +14,8 @@ use meliora_lang::property::{Over, Question};
 use meliora_model::Program;
 use meliora_planning::policy::Policy;
 use meliora_quantities::answer::Answer;
+use meliora_question::Asking;
+use meliora_question::plan::Decision;
 use meliora_report::ReachReport;
 
 use super::answers::{self, Answering, Judged};

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use meliora::reach::{Asking, Goal, Target};
 use meliora_base::error::Error;
 use meliora_dump::directory::{check_directory, sha256, write_directory};
 use meliora_engine::regions::Which;
@@ -10,6 +9,7 @@ use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_export::questions::{Answered, Kept, export_regions};
 use meliora_model::Program;
+use meliora_question::{Asking, Goal, Target};
 use meliora_report::WrittenRegions;
 
 use super::asked::Asked;

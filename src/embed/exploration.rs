@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::{Analysis, States};
-use crate::reach::{Asking, Target, Under};
 use meliora_base::error::{Error, Result, SourceFile};
 use meliora_engine::regions::{Regions, Which, regions};
 use meliora_engine::{Algebra, AnyEngine, Count, Engine, Usage};
@@ -16,6 +15,7 @@ use meliora_planning::result::ModelCounts;
 use meliora_planning::{self as planning, Options};
 use meliora_quantities::answer::PRECISION;
 use meliora_quantities::state_values::Bound;
+use meliora_question::{Asking, Target, Under};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]

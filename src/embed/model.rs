@@ -5,7 +5,6 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::{Analysis, Exploration, Reached};
-use crate::reach::{Asking, Stopping, check_start};
 use meliora_base::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use meliora_base::progress::{NoProgress, ProgressSink};
 use meliora_base::value::{Type, Value};
@@ -16,6 +15,7 @@ use meliora_model::players::Player;
 use meliora_model::{ModelKind, Program, State};
 use meliora_planning::{Event, Options};
 use meliora_quantities::answer::PRECISION;
+use meliora_question::{Asking, Stopping, check_start};
 
 /// A model, checked and flat, but not explored. It is read from a text in PRISM's language or in
 /// JANI, or from a list of its states: UMB, DRN, or PRISM's explicit files.

@@ -25,8 +25,8 @@ use meliora::model::step::Step;
 use meliora::model::{Program, State};
 use meliora::planning::{Analysis, Options, Shield};
 use meliora::query::Archive;
-use meliora::reach::plan::Planner;
-use meliora::reach::{Asking, Target};
+use meliora::question::plan::Planner;
+use meliora::question::{Asking, Target};
 use tempfile::TempDir;
 
 /// A model with something of everything that names can refer to.

@@ -8,7 +8,7 @@ use meliora::engine::{AnyEngine, Count, Engine, Scope, Settings};
 use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::model::{Program, State};
-use meliora::reach::{Asking, Stopping, Under};
+use meliora::question::{Asking, Stopping, Under};
 use meliora_quantities::state_values::Bound;
 use proptest::prelude::*;
 use proptest::sample::select;

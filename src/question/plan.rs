@@ -3,14 +3,15 @@
 //!
 //! A request is one operator over a formula without other operators. It can be answered before all states are known,
 //! wherever it stands: alone, below `!`, `&` and `|`, or in a filter over the initial states. What else a property
-//! asks is evaluated over all states, by [`super::evaluate`].
+//! asks is evaluated over all states, by [`crate::evaluate`].
 
 use std::ops::Not;
 use std::sync::Arc;
 
 use ahash::AHashMap;
 
-use super::{Asking, Goal, Required};
+use crate::asking::Asking;
+use crate::goal::{Goal, Required};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_base::value::Value;
 use meliora_engine::Engine;

@@ -282,8 +282,8 @@ impl<E> Product<E> {
     /// Returns the condition of the paths on the monitors.
     fn condition(&self) -> Option<&Condition> {
         match &self.goal.target {
-            crate::reach::Target::Formula(condition) => Some(condition),
-            crate::reach::Target::States(_) => None,
+            crate::goal::Target::Formula(condition) => Some(condition),
+            crate::goal::Target::States(_) => None,
         }
     }
 }

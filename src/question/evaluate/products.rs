@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::condition::condition_of;
 use super::{Evaluator, listed};
-use crate::reach::{Goal, Target};
+use crate::goal::{Goal, Target};
 use meliora_base::error::Result;
 use meliora_base::exact::{Exact, Real};
 use meliora_base::value::{Type, Value};

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use super::asking::{Form, only_query};
-use super::{Asking, Goal};
+use crate::asking::{Asking, Form, only_query};
+use crate::goal::Goal;
 use meliora_base::error::{Result, SourceFile};
 use meliora_lang::ltl::{self, Formula, Stopped};
 use meliora_lang::property::{Named, Query};

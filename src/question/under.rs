@@ -11,7 +11,8 @@ use meliora_planning::Requirements;
 use meliora_planning::result::{Escape, ModelCounts};
 use meliora_quantities::answer::{self, Answer};
 
-use super::{Asking, Goal};
+use crate::asking::Asking;
+use crate::goal::Goal;
 
 /// The reason why a quantity has no value.
 const UNSAFE: &str = "no strategy keeps the requirements from some initial state";

@@ -1,15 +1,7 @@
-//! Questions about paths: to reach a target, or to satisfy a temporal formula.
-
-mod asking;
-pub mod evaluate;
-pub mod plan;
-mod start;
-mod stopping;
-mod under;
+//! Goals of paths: to reach a target, or to satisfy a temporal formula.
 
 use std::sync::Arc;
 
-pub use asking::{Asking, only_query};
 use meliora_base::error::{Result, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::Regions;
@@ -21,9 +13,6 @@ use meliora_model::predicate::Predicate;
 use meliora_model::preference::Requirement;
 use meliora_model::temporal::{Begin, Condition};
 use meliora_planning::{RegionSearch, temporal};
-pub use start::check_start;
-pub use stopping::Stopping;
-pub use under::Under;
 
 /// The name of the monitors of requirements.
 const REQUIREMENT: &str = "require";

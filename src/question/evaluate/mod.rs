@@ -34,7 +34,7 @@ use meliora_quantities::equations::arena::Arena;
 pub use number::Number;
 pub use several::{Mix, MixedStrategy};
 
-use super::Required;
+use crate::goal::Required;
 
 /// Maximum number of states with values.
 const MOST_STATES: usize = 1 << 20;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Goal, Required, Target};
+use crate::goal::{Goal, Required, Target};
 use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Which, deciding};
