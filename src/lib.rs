@@ -112,7 +112,9 @@ pub mod tutorial;
 #[cfg(feature = "output")]
 pub use embed::Drawing;
 #[doc(inline)]
-pub use embed::{Analysis, Exploration, Listing, Model, Projection, Reached, Sizes, States, Wanted};
+pub use embed::{
+    Analysis, Ask, Asked, Exploration, Listing, Model, Projection, Reached, Sizes, States, Wanted,
+};
 #[doc(inline)]
 pub use meliora_base::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
 #[doc(inline)]
@@ -226,7 +228,7 @@ pub mod quantities {
     #[doc(inline)]
     pub use meliora_quantities::{
         Achiever, Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps,
-        ValueOptions, ValuedRule, Values, all_states, answer, choose, confirmed, cost, outlook, path_values,
+        ValueOptions, ValuedRule, Values, all_states, choose, confirmed, cost, outlook, path_values,
         state_values, values,
     };
 }

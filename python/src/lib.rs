@@ -13,6 +13,7 @@
 
 mod analysis;
 mod arrays;
+mod asking;
 mod display;
 mod dump;
 mod errors;

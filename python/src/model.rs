@@ -4,20 +4,15 @@ use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use meliora::SourceFile;
 use meliora::error::render;
 use meliora::lang::{Document, Given};
 use meliora::model::ModelKind;
 use meliora::supervise::{Reporter, memory};
-use meliora::{Settings, SourceFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
-use crate::analysis::Analysis;
 use crate::errors::{Failure, usage};
-use crate::exploration::{Exploration, Reachability};
-use crate::options::{self, Asked};
-use crate::preferences::{self, Preferences};
-use crate::region::Space;
 use crate::values::{self, Names};
 use crate::variable::Variable;
 use crate::worker::{Call, Worker};
@@ -33,7 +28,7 @@ type NamedText = (String, String);
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Model {
     pub(crate) inner: meliora::Model,
-    names: Arc<Names>,
+    pub(crate) names: Arc<Names>,
     constants: String,
     bounds: String,
     /// The file that it was read from.
@@ -84,12 +79,6 @@ impl Model {
     fn name(&self) -> &str {
         &self.inner.program().source.name
     }
-
-    /// Returns a space with a new worker, the settings, and whether several ways race.
-    fn space(&self, asked: &Asked<'_, '_>) -> PyResult<(Space, Settings, bool)> {
-        let (settings, is_any, worker) = asked.settings()?;
-        Ok((Space { worker, names: Arc::clone(&self.names) }, settings, is_any))
-    }
 }
 
 #[pymethods]
@@ -136,6 +125,30 @@ impl Model {
     ) -> PyResult<Self> {
         let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
         Model::load(py, Document::of(SourceFile::new(name, text)), given, &Call::new(timeout, progress)?)
+    }
+
+    /// Reads a planning problem in PDDL: two files, in any order. See `ask` for whether a plan exists.
+    ///
+    /// Args:
+    ///     domain, problem: The files.
+    ///     timeout, progress: As in `from_file`.
+    ///
+    /// Raises:
+    ///     InputError: A text is invalid, or has something that is not supported.
+    ///     OSError: A file cannot be read.
+    #[staticmethod]
+    #[pyo3(signature = (domain, problem, *, timeout=None, progress=None))]
+    fn from_pddl(
+        py: Python<'_>,
+        domain: PathBuf,
+        problem: PathBuf,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let call = Call::new(timeout, progress)?;
+        let document = Document::of_parts([files::open(py, &domain)?, files::open(py, &problem)?])
+            .map_err(|error| Failure::of(error).raise(py))?;
+        Model::load(py, document, Default::default(), &call)
     }
 
     /// Reads a model from an archive in the unified Markov binary format (UMB).
@@ -375,117 +388,6 @@ impl Model {
             })?);
         }
         self.names.dict(py, &complete)
-    }
-
-    /// Explores the states of the scope. `check` does this first; explore once for several queries.
-    ///
-    /// Args:
-    ///     scope: The valuations that are states: "reachable" from the initial states, or "all".
-    ///     engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list,
-    ///         "auto" for the first of both to know all states; in `check` and `reach`, the answer.
-    ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
-    ///         the machine's memory.
-    ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
-    ///         bits from the root down.
-    ///     timeout: Seconds, or a text such as "5s", after which the work ends with OutOfTime.
-    ///     progress: Called with a Progress at intervals, from the calling thread; an exception
-    ///         raised by it ends the work.
-    ///
-    /// Raises:
-    ///     InputError: An expression has no value in some state; the error shows an example.
-    ///     LimitError: A limit was reached.
-    #[pyo3(signature = (*, scope="reachable", engine="symbolic", memory=None, order=None, timeout=None, progress=None))]
-    fn explore(
-        slf: &Bound<'_, Self>,
-        scope: &str,
-        engine: &str,
-        memory: Option<&Bound<'_, PyAny>>,
-        order: Option<&Bound<'_, PyAny>>,
-        timeout: Option<&Bound<'_, PyAny>>,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Exploration> {
-        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
-        let call = Call::new(timeout, progress)?;
-        Exploration::explore((&slf.get().inner, slf.clone().into_any()), space, (settings, is_any), &call)
-    }
-
-    /// Computes the states from which improvements are possible or sure, and how many. Explores the
-    /// model and computes winning regions, classes, the improvement MDP and the levels of SASI and
-    /// SPI.
-    ///
-    /// Args:
-    ///     preferences: A Preferences, or the path of a preference file.
-    ///     safety: How to treat actions that may weaken: "action", "transition" (the paper's
-    ///         definition to the letter) or "prefix".
-    ///     max_level: The search for levels ends after this level.
-    ///     scope, engine, memory, order, timeout, progress: As in `explore`.
-    ///
-    /// Raises:
-    ///     InputError: The preferences are invalid; each problem has its place.
-    ///     LimitError: A limit was reached; its `analysis` has the results so far.
-    #[pyo3(signature = (preferences, *, scope="reachable", safety="prefix", engine="symbolic", max_level=None, memory=None, order=None, timeout=None, progress=None))]
-    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
-    fn check(
-        slf: &Bound<'_, Self>,
-        preferences: &Bound<'_, PyAny>,
-        scope: &str,
-        safety: &str,
-        engine: &str,
-        max_level: Option<i128>,
-        memory: Option<&Bound<'_, PyAny>>,
-        order: Option<&Bound<'_, PyAny>>,
-        timeout: Option<&Bound<'_, PyAny>>,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Analysis> {
-        let py = slf.py();
-        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
-        let options = options::planning(safety, max_level)?;
-        let call = Call::new(timeout, progress)?;
-        let preferences: Py<Preferences> = preferences::given(py, preferences, slf.get().inner.program())?;
-        let given = (&slf.get().inner, slf.clone().into_any());
-        if is_any {
-            return Exploration::analyse_by_any(given, &space, settings, (preferences, options), &call);
-        }
-        Exploration::explore(given, space, (settings, false), &call)?.analyse(py, preferences, options, &call)
-    }
-
-    /// Computes the four qualitative regions of a target: `explore` followed by
-    /// `Exploration.reach`.
-    ///
-    /// Args:
-    ///     target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
-    ///         or a property such as 'P>=1 [ G F x = 3 ]'.
-    ///     stop_at_target: Do not explore the states behind those that decide the question. In the initial
-    ///         states the answer is the same; the regions are those of the part explored. Only with the
-    ///         scope "reachable".
-    ///     scope, engine, memory, order, timeout, progress: As in `explore`.
-    ///
-    /// Raises:
-    ///     InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
-    #[pyo3(signature = (target, *, stop_at_target=false, scope="reachable", engine="symbolic", memory=None, order=None, timeout=None, progress=None))]
-    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
-    fn reach(
-        slf: &Bound<'_, Self>,
-        target: &str,
-        stop_at_target: bool,
-        scope: &str,
-        engine: &str,
-        memory: Option<&Bound<'_, PyAny>>,
-        order: Option<&Bound<'_, PyAny>>,
-        timeout: Option<&Bound<'_, PyAny>>,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<Reachability> {
-        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
-        let call = Call::new(timeout, progress)?;
-        let question = (&slf.get().inner, target.to_owned());
-        if stop_at_target {
-            return Exploration::reach_stopping(slf.py(), question, &space, (settings, is_any), &call);
-        }
-        if is_any {
-            return Exploration::reach_by_any(slf.py(), question, &space, settings, &call);
-        }
-        let given = (question.0, slf.clone().into_any());
-        Exploration::explore(given, space, (settings, false), &call)?.reach_text(slf.py(), question.1, &call)
     }
 
     fn __repr__(&self) -> String {

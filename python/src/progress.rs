@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 /// The progress of a long call, as received by a `progress` callback.
 #[pyclass(frozen, get_all, module = "meliora")]
 pub(crate) struct Progress {
-    /// The phase: `"model"`, `"preferences"`, `"states"`, `"target"`, `"counts"`, `"outcomes"`,
+    /// The phase: `"model"`, `"preferences"`, `"states"`, `"target"`, `"properties"`, `"counts"`, `"outcomes"`,
     /// `"improvement"`, `"sasi"`, `"spi"`, `"jointly"`, `"values"`, `"strategy"`, `"plays"`, `"shield"`,
     /// `"export"`, `"verify"` or `"picture"`.
     phase: &'static str,

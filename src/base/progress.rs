@@ -24,6 +24,11 @@ pub trait ProgressSink: Send + Sync {
         Duration::ZERO
     }
 
+    /// Returns the time until a limit of the caller ends the work; `None` without a limit.
+    fn remaining(&self) -> Option<Duration> {
+        None
+    }
+
     /// Receives the progress: a phase, and its state in words.
     fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
 }

@@ -5,19 +5,17 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora_base::error::{Diagnostic, Error, SourceFile};
+use meliora_base::error::{Error, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
 use meliora_formats::Document;
-use meliora_lang::ltl;
 use meliora_lang::named::Property;
 use meliora_lang::{self as lang, Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
 use meliora_model::{ModelKind, Program};
-use meliora_question::Required;
+use meliora_question::{Required, list};
 
-use super::asked::note_inexact;
 use super::model_files::ModelFiles;
 use super::options::{ModelArgs, PreferenceArgs};
 use super::progress::TerminalSink;
@@ -78,17 +76,7 @@ fn halves(paths: [&Path; 2]) -> Result<Document, Error> {
     if paths == [Path::new("-"); 2] {
         return Err(Error::Usage("standard input is one file; give the other one a path".to_owned()));
     }
-    let [one, other] = [read(paths[0])?, read(paths[1])?];
-    for source in [&one, &other] {
-        // Of a text that begins as a list does, or of an empty one, the error has a place.
-        let is_list = source.text.trim_start().starts_with(['(', ';']) || source.text.trim().is_empty();
-        if !is_list && !meliora_pddl::is_pddl(&source.text) {
-            let message =
-                format!("`{}` is not in PDDL, and only a planning problem has two files", source.name);
-            return Err(Error::Usage(message));
-        }
-    }
-    Ok(Document::of_parts([one, other]))
+    Document::of_parts([read(paths[0])?, read(paths[1])?])
 }
 
 fn standard_input() -> Result<io::Stdin, Error> {
@@ -167,7 +155,7 @@ impl Loaded {
 }
 
 /// Returns [`Loaded::overlap`] for a program.
-pub(super) fn overlap(program: &Program) -> Option<Predicate> {
+fn overlap(program: &Program) -> Option<Predicate> {
     match program.kind {
         ModelKind::Dtmc => Some(program.overlap()),
         ModelKind::Mdp | ModelKind::Smg => None,
@@ -229,7 +217,7 @@ pub(super) fn with_preferences(loaded: Loaded, preferences: &Path) -> Result<Que
     let Loaded { program, overlap, .. } = loaded;
     let source = read(preferences)?;
     let lang::Question { mut program, preferences } = lang::load_preferences(&source, program)?;
-    note_inexact(&mut program, preferences.predicates());
+    program.note_inexact(preferences.predicates());
     Ok(Question { program: Arc::new(program), preferences: Arc::new(preferences), source, overlap })
 }
 
@@ -264,20 +252,7 @@ pub(super) fn note_assumed(program: &Program, sink: &TerminalSink) {
 /// # Errors
 /// The syntax of a formula is wrong.
 pub(super) fn required(texts: &[String]) -> Result<Vec<Required>, Error> {
-    let each = |text: &String| {
-        let source = SourceFile::new("--require", text.as_str());
-        let formula = ltl::parse_formula(&source)?;
-        if formula.is_state_formula() { Err(over_one_state(&source)) } else { Ok((source, formula)) }
-    };
-    texts.iter().map(each).collect()
-}
-
-/// Returns the error for a requirement without a temporal operator, which would be about the initial
-/// states only.
-fn over_one_state(source: &Arc<SourceFile>) -> Error {
-    let message = "a requirement is a formula over paths, not over one state";
-    let diagnostic = Diagnostic::new(source, 0..source.text.len(), message).label("expected `G`, …");
-    diagnostic.help(format!("write `G ({})`, or another safe formula", source.text)).into()
+    list::required("--require", texts.iter().map(String::as_str))
 }
 
 /// Checks that a directory contains a dump, so that errors name the directory and not a missing

@@ -12,7 +12,7 @@ use meliora_lang::property::Named;
 use meliora_lang::property::term::TermKind;
 use meliora_model::Program;
 use meliora_planning::Sample;
-use meliora_quantities::answer::PRECISION;
+use meliora_quantities::PRECISION;
 use meliora_quantities::several::Node;
 use meliora_quantities::state_values::Bound;
 use meliora_question::evaluate::{Evaluator, Following, Model, Objectives};

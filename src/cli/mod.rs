@@ -3,7 +3,6 @@
 
 mod advice;
 mod agreement;
-mod answers;
 mod asked;
 mod at;
 mod by_name;
@@ -11,11 +10,9 @@ mod choose;
 #[cfg(test)]
 mod commands_page;
 mod engines;
-mod evaluated;
 mod exit;
 mod files;
 mod folder;
-mod given;
 mod load;
 mod mix_file;
 mod model_files;
@@ -32,7 +29,6 @@ mod progress;
 mod progress_line;
 mod properties;
 mod ranges;
-mod shares;
 mod signals;
 mod supervise;
 mod sweep;

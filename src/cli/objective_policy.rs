@@ -6,20 +6,18 @@ use std::sync::{Arc, Mutex};
 use meliora::supervise::lock;
 use meliora_base::error::Error;
 use meliora_model::preference::Objective;
-use meliora_quantities::answer::PRECISION;
-use meliora_question::Asking;
+use meliora_quantities::PRECISION;
+use meliora_question::answers::{OneQuestion, PropertyAnswer};
 use meliora_question::plan::Plan;
+use meliora_question::{Asking, Questions};
 use meliora_report::ReachReport;
-use meliora_report::properties::PropertyAnswer;
-use meliora_report::reach::OneQuestion;
 
-use super::asked::{Asked, Texts};
+use super::asked::{self, Texts};
 use super::exit::Status;
-use super::given::Given;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::policy::PlanArgs;
-use super::questions;
+use super::questions::{self, Given};
 use super::supervise::{Job, supervise};
 
 /// The objective that a policy achieves: `meliora strategy --policy`.
@@ -58,14 +56,14 @@ pub(super) fn policy_of(args: OfObjective, policy: PathBuf, shown: &ShownArgs) -
 
 impl OfObjective {
     /// Reads the model, and the objective as a question.
-    fn asked(&self, job: &Job<ReachReport>) -> Result<Asked, Error> {
+    fn asked(&self, job: &Job<ReachReport>) -> Result<Questions, Error> {
         let name = self.objective.as_deref().unwrap_or("goal");
         let sink = &job.sink;
         let asked = if self.preferences.preferences.as_os_str().is_empty() {
             let label = format!("\"{name}\"");
             let target = self.objective.as_ref().map(|_| label.as_str());
             let texts = Texts { target, properties: &[], require: &[], regions: false };
-            Asked::read(&self.model, &texts, sink)?
+            asked::read(&self.model, &texts, sink)?
         } else {
             let question = load::question(&self.model, &self.preferences, sink)?;
             let preferences = &question.preferences;
@@ -80,9 +78,9 @@ impl OfObjective {
                 *lock(&self.left) = Some(question);
                 return Err(Error::Usage(format!("no list of rules achieves `{name}`")));
             };
-            let Question { program, overlap, .. } = question;
+            let Question { program, .. } = question;
             let asking = Asking::states(&program, target, &[])?;
-            Asked { program, plan: Plan::of(asking, name), required: Vec::new(), is_list: false, overlap }
+            Questions::new(Arc::unwrap_or_clone(program), Plan::of(asking, name), Vec::new(), false)
         };
         job.update(|r| r.properties = vec![PropertyAnswer::open(None, name.to_owned(), None)]);
         Ok(asked)

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use meliora_base::error::Error;
-use meliora_engine::Engine;
+use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
 use meliora_model::preference::ObjectiveSet;
 use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
+use meliora_question::race::{Early, Raced};
 use meliora_report::envelope::{Envelope, Findings};
 
-use super::engines::{self, Answer, Early, Request};
+use super::engines;
 use super::load::{self, Question};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs};
 use super::phases;
@@ -55,10 +56,10 @@ pub(super) fn note<F: Findings>(
     });
 }
 
-/// Answers a question by the engine that the arguments select; see [`engines::raced`].
+/// Answers a question by the engine that the arguments select, the first of several ways to end; see [`Raced::run`].
 ///
 /// # Errors
-/// The errors of [`engines::raced`].
+/// The errors of [`Raced::run`]; the file of `--order` cannot be read.
 pub(super) fn raced<F: Findings + Clone + Send, T: Send>(
     job: &Job<Envelope<F>>,
     Arguments { model, engine, .. }: Arguments<'_>,
@@ -66,10 +67,15 @@ pub(super) fn raced<F: Findings + Clone + Send, T: Send>(
     answer: Answer<'_, F, T>,
 ) -> Result<T, Error> {
     let (program, selected) = (&question.program, engine.select(model));
-    let request =
-        Request { program, args: model, selected, lists_states: false, early: Early::default(), answer };
-    engines::raced(job, &request)
+    let settings = &engines::settings(model, selected.storage, &job.sink)?;
+    let early = Early::default();
+    Raced { program, settings, selected, lists_states: false, early, answer }.run(job)
 }
+
+/// Answers a question by an engine that knows all states. Several threads may do so at the same time, each with a report
+/// of its own.
+pub(super) type Answer<'r, F, T> =
+    &'r (dyn Fn(&Job<Envelope<F>>, &Arc<AnyEngine>) -> Result<T, Error> + Sync);
 
 /// Runs the analysis with these phases for the levels.
 ///

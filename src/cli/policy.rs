@@ -6,18 +6,15 @@ use clap::Args;
 use meliora_base::error::Error;
 use meliora_base::progress::ProgressSink;
 use meliora_certify::policy::rules::{Rules, Taken};
-use meliora_engine::{Engine, Guided};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_planning::policy::{Policy, PolicyEntry, strong_region};
-use meliora_question::{Asking, Target as Goal};
+use meliora_planning::policy::{Policy, PolicyEntry};
+use meliora_question::Target::States;
+use meliora_question::{Goal, Wanted};
 use meliora_report::{Number, ReachReport, policy};
 
 use super::files::Target;
 use super::supervise::Job;
-
-/// Maximum number of states of a policy: each takes about as much memory as a line of its text.
-pub(super) const MOST_STATES: usize = 1_000_000;
 
 /// The options about plans.
 #[derive(Debug, Clone, Args)]
@@ -57,101 +54,42 @@ impl PlanArgs {
         self.policy.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "json"))
     }
 
-    /// Computes the plans for a question, and writes the policy.
-    ///
-    /// # Errors
-    /// The question has no plans; a limit; the file cannot be written.
-    pub(super) fn work<E: Engine>(
-        &self,
-        job: &Job<ReachReport>,
-        engine: &E,
-        program: &Program,
-        asking: &Asking,
-        out: Option<&Target>,
-    ) -> Result<(), Error> {
-        let Goal::States(target) = &asking.goal.target else {
-            let message = "`--strong` and `--policy` are about reaching a target, not about other formulas";
-            return Err(Error::Usage(message.to_owned()));
-        };
-        if engine.is_game() {
-            let message = "`--strong` and `--policy` are about models with one player; in a game, `strategy` without \
-                 `--policy` lists the actions";
-            return Err(Error::Usage(message.to_owned()));
-        }
-        if self.strong {
-            let goal = engine.states_where(target)?;
-            let find = || strong_region(engine, &goal);
-            let region = job.timed("strong", find, |r, s| r.time.add("strong", s))?;
-            let outside = engine.difference(&engine.initial_states(), &region)?;
-            let (exists, count) = (engine.is_empty(&outside)?, engine.count(&region)?);
-            update(job, |plan| (plan.strong, plan.strong_states) = (Some(exists), Some(Number::from(count))));
-        }
-        let Some(out) = out else { return Ok(()) };
-        let find = || found(engine, program, target);
-        let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
-        self.finish(job, found, program, out)
+    /// Returns the strategies that are asked for.
+    pub(super) fn wanted(&self) -> Wanted {
+        Wanted { strong: self.strong, policy: self.policy.is_some() }
     }
 
-    /// Writes the policy of a guided search.
+    /// Checks and writes a policy for a goal, or says that there is none.
     ///
     /// # Errors
-    /// A limit; the file cannot be written.
-    pub(super) fn of_search(
-        &self,
-        job: &Job<ReachReport>,
-        search: &Guided,
-        program: &Program,
-        asking: &Asking,
-        out: &Target,
-    ) -> Result<(), Error> {
-        let find = || match &asking.goal.target {
-            Goal::States(target) if search.answer() == Some(true) => {
-                checked(Policy::of_search(search, program, MOST_STATES)?, program, target, &*job.sink)
-                    .map(Some)
-            }
-            _ => Ok(None),
-        };
-        let found = job.timed("policy", find, |r, s| r.time.add("policy", s))?;
-        self.finish(job, found, program, out)
-    }
-
-    /// Writes a policy, or says that there is none.
-    ///
-    /// # Errors
-    /// The file cannot be written.
+    /// The policy is wrong; a limit; the file cannot be written.
     pub(super) fn finish(
         &self,
         job: &Job<ReachReport>,
         found: Option<Policy>,
         program: &Program,
+        goal: &Goal,
         out: &Target,
     ) -> Result<(), Error> {
-        update(job, |plan| plan.strong_cyclic = Some(found.is_some()));
-        let Some(found) = found else {
+        let (Some(found), States(target)) = (found, &goal.target) else {
             job.sink.warn("no policy is written: no strong cyclic plan exists");
             return Ok(());
         };
+        let check = || checked(found, program, target, &*job.sink);
+        let found = job.timed("policy", check, |r, s| r.time.add("policy", s))?;
         let text = match self.is_json() {
             true => policy::json(&found, program)? + "\n",
             false => policy::text(&found, program)?,
         };
         out.write(&text)?;
-        update(job, |plan| plan.policy_states = Some(Number::from(found.entries.len() as u64)));
+        job.update(|r| {
+            if let Some(one) = &mut r.one {
+                let states = Number::from(found.entries.len() as u64);
+                one.plan.get_or_insert_default().policy_states = Some(states);
+            }
+        });
         Ok(())
     }
-}
-
-/// Returns a checked policy; `None` if there is none. The engine may know states that are not reachable.
-///
-/// # Errors
-/// A limit.
-pub(super) fn found<E: Engine>(
-    engine: &E,
-    program: &Program,
-    target: &Predicate,
-) -> Result<Option<Policy>, Error> {
-    let found = Policy::find(engine, program, &engine.states_where(target)?, MOST_STATES)?;
-    found.map(|found| checked(found, program, target, &*engine.settings().sink)).transpose()
 }
 
 /// Checks a policy state by state, from the initial states.
@@ -169,12 +107,4 @@ fn checked(
         Ok(_) => Ok(found),
         Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, program.show_state(&fault.state)))),
     }
-}
-
-fn update(job: &Job<ReachReport>, change: impl FnOnce(&mut meliora_report::reach::Plan)) {
-    job.update(|r| {
-        if let Some(one) = &mut r.one {
-            change(one.plan.get_or_insert_default());
-        }
-    });
 }

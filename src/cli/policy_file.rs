@@ -12,6 +12,7 @@ use meliora_engine::explicit::initial_states;
 use meliora_lang::{Checked, Given};
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, State};
+use meliora_question::strategies::MOST_STATES;
 use meliora_question::{Asking, Target as Goal};
 use meliora_report::policy_report::PolicyRuns;
 use meliora_report::{Header, PolicyReport, mix, node_file, policy_file};
@@ -23,7 +24,6 @@ use super::mix_file::MixFile;
 use super::model_files::ModelFiles;
 use super::node_file::NodeFile;
 use super::options::{Limits, ShownArgs};
-use super::policy::MOST_STATES;
 use super::supervise::{Job, supervise};
 
 /// The options about the goal of a policy.

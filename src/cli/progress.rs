@@ -4,9 +4,10 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use meliora::supervise::{Supervisor, lock};
-use meliora_base::error::{Diagnostic, Error, Limit};
+use meliora_base::error::{Diagnostic, Limit};
 use meliora_base::escape;
 use meliora_engine::ProgressSink;
+use meliora_question::Warning;
 
 use super::options::ShownArgs;
 use super::progress_line::ProgressLine;
@@ -20,8 +21,8 @@ pub(super) struct TerminalSink {
     pub(super) supervisor: Arc<Supervisor>,
     /// The phase of the library that was reported last.
     reported: Mutex<&'static str>,
-    /// The phases that have begun and not ended, each inside of the one before.
-    open: Mutex<Vec<&'static str>>,
+    /// The phases that have begun and not ended, each inside of the one before, with the ends of the phases before them.
+    open: Mutex<Vec<(&'static str, Instant)>>,
     /// The end of the last phase; before the first one, the start.
     last_end: Mutex<Instant>,
     line: Mutex<Option<ProgressLine>>,
@@ -32,7 +33,7 @@ pub(super) struct TerminalSink {
     /// The limit that ended a share of the work.
     ended: Mutex<Option<Limit>>,
     /// The warnings of a way that is not shown, and the texts of those that were written.
-    held: Mutex<Vec<Message>>,
+    held: Mutex<Vec<Warning>>,
     warned: Mutex<Vec<String>>,
     /// The place of the sink in a race.
     lane: Lane,
@@ -44,13 +45,6 @@ enum Lane {
     Whole(Mutex<Option<usize>>),
     /// It is the sink of a way of this run.
     Way(Arc<TerminalSink>, usize),
-}
-
-/// A warning.
-#[derive(Debug)]
-enum Message {
-    Text(String),
-    Pointed(Vec<Diagnostic>),
 }
 
 impl TerminalSink {
@@ -131,12 +125,9 @@ impl TerminalSink {
         lock(&self.ended).get_or_insert(limit);
     }
 
-    /// Ends work of which a part has no result because its share has ended.
-    ///
-    /// # Errors
-    /// The limit of the first such share.
-    pub(super) fn ended_share(&self) -> Result<(), Error> {
-        lock(&self.ended).take().map_or(Ok(()), |limit| Err(limit.into()))
+    /// Returns the limit that has ended the first share of the work.
+    pub(super) fn ended_share(&self) -> Option<Limit> {
+        lock(&self.ended).take()
     }
 
     /// Shows that a part of a phase begins; without a part, the phase.
@@ -152,16 +143,17 @@ impl TerminalSink {
 
     /// Shows that a phase begins.
     pub(super) fn enter(&self, phase: &'static str) {
-        lock(&self.open).push(phase);
+        let start = self.last_end();
+        lock(&self.open).push((phase, start));
         self.report(phase, String::new());
     }
 
     /// Shows the phase around one that has ended, if there is one.
     fn leave(&self, phase: &str) {
         let mut open = lock(&self.open);
-        if let Some(at) = open.iter().rposition(|&own| own == phase) {
+        if let Some(at) = open.iter().rposition(|(own, _)| *own == phase) {
             open.truncate(at);
-            if let Some(&outer) = open.last() {
+            if let Some(&(outer, _)) = open.last() {
                 self.report(outer, String::new());
             }
         }
@@ -180,6 +172,12 @@ impl TerminalSink {
         seconds
     }
 
+    /// Returns the end of the phase before one that has begun: what lies between them prepares it.
+    pub(super) fn start(&self, phase: &str) -> Instant {
+        let known = lock(&self.open).iter().rev().find(|(own, _)| *own == phase).map(|(_, start)| *start);
+        known.unwrap_or_else(|| self.last_end())
+    }
+
     /// Returns the end of the last phase.
     pub(super) fn last_end(&self) -> Instant {
         *lock(&self.last_end)
@@ -187,29 +185,29 @@ impl TerminalSink {
 
     /// Writes a warning to stderr.
     pub(super) fn warn(&self, text: &str) {
-        self.tell(Message::Text(text.to_owned()));
+        self.tell(Warning::Text(text.to_owned()));
     }
 
     /// Writes warnings that point into a text.
     pub(super) fn warn_at(&self, warnings: &[Diagnostic]) {
         if !warnings.is_empty() {
-            self.tell(Message::Pointed(warnings.to_vec()));
+            self.tell(Warning::Pointed(warnings.to_vec()));
         }
     }
 
     /// Writes a warning, unless another way has done so; keeps it if this way is not shown.
-    fn tell(&self, message: Message) {
+    pub(super) fn tell(&self, message: Warning) {
         let Some(shown) = self.shown(false) else { return lock(&self.held).push(message) };
         let text = format!("{message:?}");
         if shown.quiet || lock(&shown.warned).contains(&text) {
             return;
         }
         match &message {
-            Message::Text(text) => {
+            Warning::Text(text) => {
                 let warning = terminal::stderr_style().warn("warning");
                 shown.say(&format!("{warning}: {text}"));
             }
-            Message::Pointed(warnings) => shown.beside_line(|| terminal::point(warnings)),
+            Warning::Pointed(warnings) => shown.beside_line(|| terminal::point(warnings)),
         }
         lock(&shown.warned).push(text);
     }

@@ -7,9 +7,10 @@ use meliora_base::error::{Error, SourceFile};
 use meliora_lang::property_file::Stated;
 use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_values, split_constants};
 use meliora_model::Program;
-use meliora_report::properties::PropertyAnswer;
+use meliora_question::Questions;
+use meliora_question::answers::PropertyAnswer;
+use meliora_question::list::{Listed, list};
 
-use super::asked::{self, Asked, Listed};
 use super::load;
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
@@ -61,7 +62,7 @@ pub(super) fn read(
     chosen: &Chosen<'_>,
     model: &ModelArgs,
     sink: &TerminalSink,
-) -> Result<(Asked, Vec<PropertyAnswer>), Error> {
+) -> Result<(Questions, Vec<PropertyAnswer>), Error> {
     let source = load::read(chosen.file)?;
     let given = SourceFile::new("--const", model.constants());
     refuse_values(&source, &given)?;
@@ -72,7 +73,7 @@ pub(super) fn read(
         open.retain(|name| !declared.contains(name));
     }
     let [theirs, others] = split_constants(&given, &open)?;
-    let (program, overlap) = load::program(&model.with_constants(&others.text), sink)?;
+    let (program, _) = load::program(&model.with_constants(&others.text), sink)?;
     let mut program = Arc::unwrap_or_clone(program);
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
     let required = load::required(chosen.require)?;
@@ -84,6 +85,6 @@ pub(super) fn read(
     }
     let listed =
         stated.into_iter().map(|Stated { name, text, term, source }| Listed { name, text, source, term });
-    let (plan, entries) = asked::list(&program, &required, chosen.regions, listed)?;
-    Ok((Asked::new(program, plan, required, true, overlap), entries))
+    let (plan, entries) = list(&program, &required, chosen.regions, listed)?;
+    Ok((Questions::new(program, plan, required, true), entries))
 }

@@ -5,21 +5,20 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use meliora_base::error::Error;
 use meliora_engine::Scope;
-use meliora_quantities::answer::PRECISION;
+use meliora_quantities::PRECISION;
+use meliora_question::Questions;
+use meliora_question::answers::{OneQuestion, PropertyAnswer};
 use meliora_report::ReachReport;
-use meliora_report::properties::PropertyAnswer;
-use meliora_report::reach::OneQuestion;
 
-use super::asked::{self, Asked, Texts};
+use super::asked::{self, Texts};
 use super::exit::Status;
 use super::files::Target;
-use super::given::Given;
 use super::load;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
 use super::policy::PlanArgs;
 use super::progress::TerminalSink;
 use super::properties::{self, Chosen};
-use super::questions;
+use super::questions::{self, Given};
 use super::regions::Regions;
 use super::supervise::{Job, supervise};
 use super::sweep::{self, SweepArgs};
@@ -158,18 +157,18 @@ impl ReachArgs {
 
     /// Reads the model and the questions. Returns them, and the properties of the report with the reasons why some
     /// cannot be answered.
-    fn read(&self, sink: &TerminalSink) -> Result<(Asked, Vec<PropertyAnswer>), Error> {
+    fn read(&self, sink: &TerminalSink) -> Result<(Questions, Vec<PropertyAnswer>), Error> {
         if let Some(file) = &self.properties {
             let regions = self.out.is_some();
             let chosen = Chosen { file, only: self.only.as_deref(), require: &self.require, regions };
             return properties::read(&chosen, &self.model, sink);
         }
         if self.all_properties {
-            return Asked::named(&self.model, &self.texts(), sink);
+            return asked::named(&self.model, &self.texts(), sink);
         }
         let asked = match self.stop_at_target {
-            true => Asked::stopping(&self.model, &self.texts(), sink)?,
-            false => Asked::read(&self.model, &self.texts(), sink)?,
+            true => asked::stopping(&self.model, &self.texts(), sink)?,
+            false => asked::read(&self.model, &self.texts(), sink)?,
         };
         let texts = asked.plan.properties.iter().map(|property| property.text.clone());
         let entries = texts.map(|text| PropertyAnswer::open(None, text, None)).collect();

@@ -4,17 +4,16 @@ use std::path::Path;
 
 use meliora_base::error::Error;
 use meliora_dump::directory::{check_directory, sha256, write_directory};
-use meliora_engine::regions::Which;
 use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_export::questions::{Answered, Kept, export_regions};
 use meliora_model::Program;
-use meliora_question::{Asking, Goal, Target};
-use meliora_report::WrittenRegions;
+use meliora_question::regions::{Computed, Part};
+use meliora_question::{Goal, Questions, Target};
+use meliora_report::{ReachReport, WrittenRegions};
 
-use super::asked::Asked;
 use super::options::{EngineArgs, EngineChoice, ModelArgs};
-use super::progress::TerminalSink;
+use super::supervise::Job;
 
 /// The directory of the dump, checked before the work begins.
 #[derive(Clone, Copy)]
@@ -25,20 +24,6 @@ pub(super) struct Regions<'a> {
 
 /// The region of the states that satisfy a condition.
 const SATISFIED: &str = "satisfied";
-
-/// A part of a question that is written.
-pub(super) enum Shown<'q> {
-    /// The regions of its paths, with the number of the request.
-    Paths(&'q Asking, usize),
-    /// The states that satisfy it.
-    Satisfied(StateSet),
-}
-
-/// A question by its position in the report, with its name and its text.
-pub(super) type Written<'q> = (usize, Shown<'q>, (Option<String>, String));
-
-/// The regions that were computed, by the requests that need them.
-pub(super) type Found<S> = Vec<(usize, Which, S)>;
 
 impl<'a> Regions<'a> {
     /// Checks the directory, and that the engine has diagrams.
@@ -61,7 +46,7 @@ impl<'a> Regions<'a> {
     ///
     /// # Errors
     /// [`Error::Usage`] with the text of the first question that needs another model.
-    pub(super) fn check(asked: &Asked) -> Result<(), Error> {
+    pub(super) fn check(asked: &Questions) -> Result<(), Error> {
         let plan = &asked.plan;
         let own = plan.requests.iter().find(|request| request.asking.goal.watched.is_some());
         let Some(own) = own.filter(|_| plan.properties.len() > 1) else { return Ok(()) };
@@ -72,43 +57,42 @@ impl<'a> Regions<'a> {
         )))
     }
 
-    /// Writes the regions of the questions that were answered, given with their positions, names and texts.
+    /// Writes the regions of the questions that were answered.
     ///
     /// # Errors
     /// A limit is hit, or the directory cannot be written.
     pub(super) fn write(
         &self,
-        engine: &SymbolicEngine,
-        asked: &Asked,
-        mut questions: Vec<Written<'_>>,
-        found: &Found<StateSet>,
-        unsafe_states: Option<&StateSet>,
-        sink: &TerminalSink,
+        job: &Job<ReachReport>,
+        asked: &Questions,
+        computed: Computed,
     ) -> Result<WrittenRegions, Error> {
-        let mut answered = Vec::with_capacity(questions.len());
-        questions.sort_by_key(|(position, ..)| *position);
-        for (position, shown, (name, text)) in questions {
-            let number = position + 1;
-            let question = match shown {
-                Shown::Satisfied(states) => {
-                    let regions = vec![(SATISFIED, states)];
-                    Answered { number, name, text, target: None, regions, coalition: None }
-                }
-                Shown::Paths(asking, request) => {
+        let Computed { engine, mut parts, regions: found, unsafe_states } = computed;
+        let mut answered = Vec::with_capacity(parts.len());
+        parts.sort_by_key(|(property, _)| asked.plan.properties[*property].position);
+        for (property, part) in parts {
+            let position = asked.plan.properties[property].position;
+            let (mut name, mut text) = Default::default();
+            job.update(|r| {
+                (name, text) = (r.properties[position].name.clone(), r.properties[position].property.clone());
+            });
+            let (target, regions, coalition) = match part {
+                Part::Satisfied(states) => (None, vec![(SATISFIED, states)], None),
+                Part::Paths(request) => {
+                    let asking = &asked.plan.requests[request].asking;
                     let own = found.iter().filter(|(at, ..)| *at == request);
                     let regions = own.map(|(_, which, states)| (which.name(), states.clone())).collect();
-                    let (target, coalition) = (target(engine, &asking.goal)?, asking.coalition.clone());
-                    Answered { number, name, text, target, regions, coalition }
+                    (target(&engine, &asking.goal)?, regions, asking.coalition.clone())
                 }
             };
-            answered.push(question);
+            answered.push(Answered { number: position + 1, name, text, target, regions, coalition });
         }
         let first = asked.plan.requests.first().map(|request| &request.asking.goal);
         let requirements = first.map_or(&[][..], |goal| &goal.requirements);
         let path = (self.model.path(), source_hash(&asked.program));
-        let kept = Kept { requirements, unsafe_states };
-        let dump = export_regions(engine, path, &kept, answered)?;
-        let manifest = write_directory(dump, self.directory, false, sink)?;
+        let kept = Kept { requirements, unsafe_states: unsafe_states.as_ref() };
+        let dump = export_regions(&engine, path, &kept, answered)?;
+        let manifest = write_directory(dump, self.directory, false, &*job.sink)?;
         Ok(WrittenRegions::new(&self.directory.display().to_string(), &manifest))
     }
 }

@@ -14,6 +14,7 @@ use meliora_planning::{
 };
 use meliora_quantities::ValuedRule;
 use meliora_quantities::cost::Costs;
+use meliora_question::strategies::MOST_STATES;
 use meliora_report::choose::Attains;
 use meliora_report::reason::Words;
 use meliora_report::state::{Place, StateReport};
@@ -30,7 +31,7 @@ use super::node_policy::NodePolicyWriter;
 use super::objective_policy::{OfObjective, policy_of};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
-use super::policy::MOST_STATES;
+
 use super::policy_file::optional_with_policy;
 use super::supervise::{Job, supervise};
 use super::terminal;

@@ -6,10 +6,14 @@
 use std::convert::Infallible;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use meliora::supervise::{Failure, Supervisor, TimeLimit, lock, memory, spawn};
-use meliora_base::error::Error;
+use meliora_base::error::{Error, Limit};
+use meliora_engine::{ProgressSink, Selection, Usage};
+use meliora_question::{Answers, Listener, Warning, race};
+use meliora_report::ReachReport;
+use meliora_report::envelope::{Envelope, Findings};
 use meliora_report::sweep::Outcome;
 use meliora_report::{Failure as Failed, FailureKind, Report};
 
@@ -29,26 +33,6 @@ pub(super) struct Job<R> {
     pub(super) sink: Arc<TerminalSink>,
 }
 
-impl<R: Clone> Job<R> {
-    /// Returns a job with a copy of the report and a sink of its own.
-    pub(super) fn copy(&self, sink: &Arc<TerminalSink>) -> Self {
-        Job { report: Arc::new(Mutex::new(lock(&self.report).clone())), sink: Arc::clone(sink) }
-    }
-
-    /// Returns a job with the report of this one, and another sink.
-    pub(super) fn with_sink(&self, sink: &Arc<TerminalSink>) -> Self {
-        Job { report: Arc::clone(&self.report), sink: Arc::clone(sink) }
-    }
-
-    /// Takes the report of another job.
-    pub(super) fn take(&self, other: &Job<R>) {
-        if !Arc::ptr_eq(&self.report, &other.report) {
-            let report = lock(&other.report).clone();
-            *lock(&self.report) = report;
-        }
-    }
-}
-
 impl<R> Job<R> {
     /// Changes the report.
     pub(super) fn update(&self, change: impl FnOnce(&mut R)) {
@@ -65,24 +49,94 @@ impl<R> Job<R> {
         work: impl FnOnce() -> Result<T, Error>,
         note: impl FnOnce(&mut R, f64),
     ) -> Result<T, Error> {
-        let start = self.begin(name);
+        self.sink.enter(name);
         let result = work()?;
-        self.end(name, start, note);
+        self.ended(name, note);
         Ok(result)
     }
 
-    /// Reports that a piece of work begins. Returns the time at which the last one ended: what lies between
-    /// them prepares this one.
-    pub(super) fn begin(&self, name: &'static str) -> Instant {
-        self.sink.enter(name);
-        self.sink.last_end()
-    }
-
     /// Reports that a piece of work has ended, and records its seconds in the report.
-    pub(super) fn end(&self, name: &'static str, start: Instant, note: impl FnOnce(&mut R, f64)) {
-        let seconds = start.elapsed().as_secs_f64();
+    fn ended(&self, name: &'static str, note: impl FnOnce(&mut R, f64)) {
+        let seconds = self.sink.start(name).elapsed().as_secs_f64();
         self.update(|r| note(r, seconds));
         self.sink.finished(name);
+    }
+}
+
+impl<F: Findings + Clone + Send> race::Job for Job<Envelope<F>> {
+    fn copy(&self) -> Self {
+        Job { report: Arc::new(Mutex::new(lock(&self.report).clone())), sink: Arc::clone(&self.sink) }
+    }
+
+    fn of_way(&self, way: usize) -> Self {
+        Job { sink: Arc::new(self.sink.of_way(way)), ..self.copy() }
+    }
+
+    fn sink(&self) -> Arc<dyn ProgressSink> {
+        Arc::clone(&self.sink) as _
+    }
+
+    fn begin(&self) {
+        self.sink.enter("build");
+        self.sink.show(None);
+    }
+
+    fn built(&self, selection: &Selection) {
+        self.ended("build", |r, s| r.time.add("build", s));
+        self.update(|r| r.header.select(selection));
+    }
+
+    fn leave_to(&self, way: Self) -> Self {
+        self.sink.show(Some(&way.sink));
+        Job { report: Arc::clone(&self.report), sink: way.sink }
+    }
+
+    fn take(&self, other: &Self) {
+        if !Arc::ptr_eq(&self.report, &other.report) {
+            let report = lock(&other.report).clone();
+            *lock(&self.report) = report;
+        }
+        if !Arc::ptr_eq(&self.sink, &other.sink) {
+            self.sink.show(Some(&other.sink));
+        }
+    }
+}
+
+impl Listener for Job<ReachReport> {
+    fn change(&self, change: &mut dyn FnMut(&mut Answers)) {
+        self.update(|r| change(&mut r.answers));
+    }
+
+    fn used(&self, usage: Usage) {
+        self.update(|r| r.used(usage));
+    }
+
+    fn begin(&self, name: &'static str) {
+        self.sink.enter(name);
+    }
+
+    fn end(&self, name: &'static str, phase: &'static str) {
+        self.ended(name, |r, s| r.time.add(phase, s));
+    }
+
+    fn warn(&self, warning: Warning) {
+        self.sink.tell(warning);
+    }
+
+    fn stop(&self) -> Option<Limit> {
+        self.sink.stop()
+    }
+
+    fn share(&self, parts: Option<usize>) {
+        self.sink.share(parts);
+    }
+
+    fn end_share(&self, limit: Limit) {
+        self.sink.end_share(limit);
+    }
+
+    fn ended_share(&self) -> Option<Limit> {
+        self.sink.ended_share()
     }
 }
 

@@ -13,7 +13,7 @@ use meliora_model::step::Step;
 use meliora_model::{Program, fault};
 use meliora_planning::result::ModelCounts;
 use meliora_planning::{self as planning, Options};
-use meliora_quantities::answer::PRECISION;
+use meliora_quantities::PRECISION;
 use meliora_quantities::state_values::Bound;
 use meliora_question::{Asking, Target, Under};
 

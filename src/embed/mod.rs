@@ -8,9 +8,10 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `results`, `quantities`, `report`, `dumps`.
+//! `projection`, `model`, `ask`, `results`, `quantities`, `report`, `dumps`.
 
 mod analysis;
+mod ask;
 mod dumps;
 mod exploration;
 mod members;
@@ -23,6 +24,7 @@ mod results;
 mod states;
 
 pub use analysis::Analysis;
+pub use ask::{Ask, Asked};
 pub use exploration::{Exploration, Reached, Sizes};
 pub use members::Listing;
 pub use model::Model;

@@ -10,11 +10,12 @@ use meliora_base::progress::{NoProgress, ProgressSink};
 use meliora_base::value::{Type, Value};
 use meliora_engine::{AnyEngine, Question, Racer, Scope, Selection, Settings};
 use meliora_formats::Document;
-use meliora_lang::{self as lang, Given};
+use meliora_lang::named::Property;
+use meliora_lang::{self as lang, Checked, Given};
 use meliora_model::players::Player;
 use meliora_model::{ModelKind, Program, State};
 use meliora_planning::{Event, Options};
-use meliora_quantities::answer::PRECISION;
+use meliora_quantities::PRECISION;
 use meliora_question::{Asking, Stopping, check_start};
 
 /// A model, checked and flat, but not explored. It is read from a text in PRISM's language or in
@@ -23,6 +24,8 @@ use meliora_question::{Asking, Stopping, check_start};
 pub struct Model {
     program: Arc<Program>,
     warnings: Vec<Diagnostic>,
+    /// The properties that it names.
+    pub(super) properties: Vec<Property>,
     /// The coalition of [`Model::with_coalition`].
     pub(super) named: Option<Vec<bool>>,
 }
@@ -66,7 +69,8 @@ impl Model {
     /// See [`Model::given`].
     pub fn loaded(document: &Document, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
         let checked = document.load(given, sink)?;
-        Ok(Model { program: Arc::new(checked.program), warnings: checked.warnings, named: None })
+        let Checked { program, warnings, properties, .. } = checked;
+        Ok(Model { program: Arc::new(program), warnings, properties, named: None })
     }
 
     /// Returns the game in which we are these players, each given by its name or its number from 1 on; all
@@ -82,7 +86,7 @@ impl Model {
         let mut program = Program::clone(&self.program);
         program.play_as(&coalition);
         let named = Some(coalition);
-        Ok(Model { program: Arc::new(program), warnings: self.warnings.clone(), named })
+        Ok(Model { program: Arc::new(program), named, ..self.clone() })
     }
 
     /// Returns the players of a game, each with whether it is one of us; empty for other models.
@@ -240,6 +244,6 @@ impl Model {
     }
 }
 
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

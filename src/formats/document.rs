@@ -77,9 +77,21 @@ impl Document {
         Document { for_goals: true, ..self }
     }
 
-    /// Returns the document of a planning problem in two texts.
-    pub fn of_parts(parts: [Arc<SourceFile>; 2]) -> Self {
-        Document { parts: parts.to_vec(), ..Self::of(meliora_pddl::joined(&parts)) }
+    /// Returns the document of a planning problem in two texts, in any order.
+    ///
+    /// # Errors
+    /// A text is in another language.
+    pub fn of_parts(parts: [Arc<SourceFile>; 2]) -> Result<Self> {
+        for source in &parts {
+            // Of a text that begins as a list does, or of an empty one, the error has a place.
+            let is_list = source.text.trim_start().starts_with(['(', ';']) || source.text.trim().is_empty();
+            if !is_list && !meliora_pddl::is_pddl(&source.text) {
+                let message =
+                    format!("`{}` is not in PDDL, and only a planning problem has two files", source.name);
+                return Err(Error::Usage(message));
+            }
+        }
+        Ok(Document { parts: parts.to_vec(), ..Self::of(meliora_pddl::joined(&parts)) })
     }
 
     /// Adds the files next to the transitions of PRISM: the values and the labels of states.

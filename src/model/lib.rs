@@ -141,6 +141,13 @@ pub struct Program {
 }
 
 impl Program {
+    /// Lets reports name an expression of some conditions that is not exact, if all of the model are.
+    pub fn note_inexact<'p>(&mut self, mut conditions: impl Iterator<Item = &'p predicate::Predicate>) {
+        if self.inexact.is_none() {
+            self.inexact = conditions.find_map(predicate::Predicate::inexact).cloned();
+        }
+    }
+
     /// Returns a program without variables, commands and names, to which others are added. `initial` is an
     /// expression of the pool.
     pub fn empty(source: Arc<SourceFile>, kind: ModelKind, pool: Arc<ExprPool>, initial: ExprId) -> Self {

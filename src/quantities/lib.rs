@@ -87,11 +87,11 @@ pub mod equations;
 mod solvers;
 
 pub use answers::{
-    all_states, answer, by_goal, choose, confirmed, followed, outlook, path_values, several, state_values,
+    all_states, by_goal, choose, confirmed, followed, outlook, path_values, several, sought, state_values,
     values, vector,
 };
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
 pub use equations::cost;
-pub use equations::number::{Bounds, Interval};
+pub use equations::number::{Bounds, Interval, PRECISION};
 pub use values::{Aim, ChoiceValues, Node, ValueOptions, Values};

@@ -7,11 +7,10 @@ use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Which, deciding};
 use meliora_lang::ltl;
-use meliora_lang::property::{Measure, Named, Over, Query, Question, Term};
+use meliora_lang::property::{Named, Over, Query, Question, Term};
 use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_quantities::answer;
 
 /// The operators with which a property begins, also those that are not supported.
 const OPERATORS: [&str; 12] =
@@ -23,8 +22,6 @@ pub struct Asking {
     pub goal: Goal,
     /// The question of a property, for the initial states.
     pub question: Option<Question>,
-    /// The states in which the rewards that the question names are wrong.
-    pub wrong: Option<Predicate>,
     /// For a property of a game, whether each player chooses to make it true.
     pub coalition: Option<Vec<bool>>,
     /// The part of the initial states that the question is about.
@@ -71,15 +68,14 @@ impl Asking {
             Some(target) => Goal::reach(program, target, required)?,
             None => Goal::of(&query.path.over(program), source, &query.path.formula, required)?,
         };
-        Ok(Asking::of(program, goal, query))
+        Ok(Asking::of(goal, query))
     }
 
     /// Combines a goal and the question about it.
-    pub(super) fn of(program: &Program, goal: Goal, query: &Query<'_>) -> Self {
+    pub(super) fn of(goal: Goal, query: &Query<'_>) -> Self {
         Asking {
             goal,
             question: Some(query.question.clone()),
-            wrong: wrong_rewards(program, &query.question),
             coalition: query.coalition.cloned(),
             over: query.over,
         }
@@ -117,22 +113,6 @@ impl Asking {
         }
     }
 
-    /// Returns the regions that the question needs.
-    pub fn needed(&self) -> Vec<Which> {
-        answer::needed(self.question.as_ref())
-    }
-
-    /// Returns the question over the program of the goal.
-    pub(super) fn asked<'a>(&'a self, model: &'a Arc<Program>) -> answer::Asked<'a> {
-        let (target, condition) = match &self.goal.target {
-            Target::States(target) => (Some(target), None),
-            Target::Formula(condition) => (None, Some(condition)),
-        };
-        let program = &**self.goal.program(model);
-        let (question, wrong) = (self.question.as_ref(), self.wrong.as_ref());
-        answer::Asked { program, question, over: self.over, target, condition, wrong }
-    }
-
     /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.
     ///
     /// # Errors
@@ -149,7 +129,7 @@ impl Asking {
 /// Asks for the regions of a goal.
 impl From<Goal> for Asking {
     fn from(goal: Goal) -> Self {
-        Asking { goal, question: None, wrong: None, coalition: None, over: Over::All }
+        Asking { goal, question: None, coalition: None, over: Over::All }
     }
 }
 
@@ -191,12 +171,4 @@ impl Form {
             Form::Formula
         }
     }
-}
-
-/// Returns the states in which the rewards that a question names are wrong.
-fn wrong_rewards(program: &Program, question: &Question) -> Option<Predicate> {
-    let Question::Quantity(quantity) = question else { return None };
-    let Measure::Reward(rewards) = &quantity.measure else { return None };
-    let structure = rewards.find(program)?;
-    Some(program.wrong_rewards(structure))
 }

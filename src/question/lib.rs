@@ -3,19 +3,42 @@
 //! - [`goal`]: the goal of the paths, a target or a condition on monitors, and the requirements.
 //! - [`asking`]: a question about the initial states.
 //! - [`plan`]: the requests that properties need.
-//! - [`under`]: the answers to requests under requirements.
-//! - [`evaluate`]: properties as expressions over states.
+//! - [`pipeline`]: all requests are answered, each by the first of several ways to end ([`race`]); a [`Listener`] has
+//!   the [`answers`] so far.
+//! - `answering`: requests with one engine, [`under`] requirements; [`answer`]: the verdict or the number.
+//! - [`evaluate`], `states`: other properties, as expressions over states.
+//! - [`regions`]: the regions of properties, as diagrams.
 
+pub mod answer;
+mod answering;
+pub mod answers;
 pub mod asking;
 pub mod evaluate;
 pub mod goal;
+pub mod list;
+pub mod listener;
+pub mod number;
+pub mod pipeline;
 pub mod plan;
+pub mod questions;
+pub mod race;
+pub mod regions;
 mod start;
+mod states;
 mod stopping;
+pub mod strategies;
 pub mod under;
+pub mod warnings;
 
+pub use answer::Answer;
+pub use answers::Answers;
 pub use asking::{Asking, only_query};
 pub use goal::{Goal, Required, Target};
+pub use listener::Listener;
+pub use number::Number;
+pub use questions::{Options, Questions, Strategies, Wanted};
+pub use race::{Job, started};
 pub use start::check_start;
 pub use stopping::Stopping;
 pub use under::Under;
+pub use warnings::Warning;

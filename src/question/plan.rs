@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
+use crate::answer::Answer;
 use crate::asking::Asking;
 use crate::goal::{Goal, Required};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
@@ -21,7 +22,6 @@ use meliora_lang::property::term::{FilterFunction, Path, Term, TermKind};
 use meliora_lang::property::{Query, Question};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_quantities::answer::Answer;
 
 /// The requests of some properties.
 #[derive(Default)]

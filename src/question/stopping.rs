@@ -60,7 +60,7 @@ impl Stopping {
         let Stopped { program, formula } = Stopped::new(program, source, formula)?;
         let goal = Goal::of(&program, source, &formula, &[])?;
         let asking = match query {
-            Some(query) => Asking::of(&program, goal, query),
+            Some(query) => Asking::of(goal, query),
             None => goal.into(),
         };
         Ok(Stopping { program, asking })

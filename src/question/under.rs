@@ -9,8 +9,8 @@ use meliora_lang::property::Question;
 use meliora_model::Program;
 use meliora_planning::Requirements;
 use meliora_planning::result::{Escape, ModelCounts};
-use meliora_quantities::answer::{self, Answer};
 
+use crate::answer::Answer;
 use crate::asking::Asking;
 use crate::goal::Goal;
 
@@ -69,7 +69,7 @@ impl<'a, E: Engine> Under<'a, E> {
     /// not does not hold, and a quantity has no value.
     ///
     /// # Errors
-    /// The errors of [`answer::answer`].
+    /// The errors of [`Asking::answered`].
     pub fn answer(
         &self,
         asking: &Asking,
@@ -79,7 +79,7 @@ impl<'a, E: Engine> Under<'a, E> {
     ) -> Result<Answer> {
         match self.unsafe_answer(asking) {
             Some(answer) => Ok(answer),
-            None => answer::answer(self.engine(), &asking.asked(model), regions, precision),
+            None => asking.answered(self.engine(), model, regions, precision),
         }
     }
 
@@ -87,15 +87,10 @@ impl<'a, E: Engine> Under<'a, E> {
     ///
     /// # Errors
     /// A limit is reached.
-    pub fn decided(
-        &self,
-        asking: &Asking,
-        model: &Arc<Program>,
-        known: &Regions<Option<E::States>>,
-    ) -> Result<Answer> {
+    pub fn decided(&self, asking: &Asking, known: &Regions<Option<E::States>>) -> Result<Answer> {
         match self.unsafe_answer(asking) {
             Some(answer) => Ok(answer),
-            None => answer::decided(self.engine(), &asking.asked(model), known),
+            None => asking.decided(self.engine(), known),
         }
     }
 

@@ -8,7 +8,6 @@ use serde::Serialize;
 use super::columns::{Column, Place};
 use super::cycle::Cycle;
 use super::envelope::{Envelope, Findings, Phase};
-use super::number::grouped;
 use super::players::{self, PlayerSummary};
 use super::text::{self, Grid};
 use super::{Header, Style, ranks, unsafe_start};
@@ -18,6 +17,7 @@ use meliora_model::Program;
 use meliora_model::preference::{Empty, History};
 use meliora_planning::result::{ClassCount, LevelCounts, ModelCounts, Plan, Prospects};
 use meliora_planning::{Analysis, AnalysisResult, Rank};
+use meliora_question::number::grouped;
 
 /// The results of `check`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]

@@ -8,11 +8,11 @@ use serde::Serialize;
 use super::check::CheckFindings;
 use super::columns::{Column, Place};
 use super::envelope::{Envelope, Findings, Times};
-use super::number::grouped;
 use super::text::{self, Grid};
 use super::{Number, Style};
 use meliora_engine::Storage;
 use meliora_planning::result::ModelCounts;
+use meliora_question::number::grouped;
 
 /// The results of `compare`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]

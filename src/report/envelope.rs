@@ -346,8 +346,9 @@ mod tests {
     use meliora_planning::result::{LevelCounts, LevelsEnd, Plan, Prospects};
     use meliora_quantities::state_values::Bound;
 
-    use crate::properties::PropertyAnswer;
+    use crate::properties;
     use crate::{CheckReport, Header};
+    use meliora_question::answers::PropertyAnswer;
 
     #[test]
     fn levels_stand_in_their_columns() {
@@ -415,7 +416,7 @@ mod tests {
             (open(Some("unknown name")), "not answered"),
             (open(None), ""),
         ] {
-            assert_eq!(property.cell(), expected, "{property:?}");
+            assert_eq!(properties::cell(&property), expected, "{property:?}");
         }
     }
 }

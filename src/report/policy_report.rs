@@ -7,7 +7,6 @@ use serde::Serialize;
 
 use super::envelope::{Envelope, Findings, Phase};
 use super::header::Header;
-use super::number::grouped;
 use super::promised::{Done, Promised};
 use super::verify::Violated;
 use super::{Number, Style};
@@ -16,6 +15,7 @@ use meliora_certify::policy::rules::{PolicyFault, PolicyRun, Visited};
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
 use meliora_quantities::state_values::Bound;
+use meliora_question::number::grouped;
 
 /// Maximum number of steps of the first run that the text shows.
 const SHOWN: usize = 60;

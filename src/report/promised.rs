@@ -5,7 +5,6 @@ use std::fmt::Write;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-use super::number::grouped;
 use super::policy_report::{PolicyReport, PolicyStep};
 use super::{Number, Style, ranks, text};
 use meliora_certify::policy::{Accepted, Aim, Node, NodePolicy, NodeRun};
@@ -13,6 +12,7 @@ use meliora_model::Program;
 use meliora_model::preference::{ObjectiveSet, Preferences};
 use meliora_model::valuation::Valuation;
 use meliora_planning::Rank;
+use meliora_question::number::grouped;
 
 /// Maximum number of starts in a report.
 const MOST_STARTS: usize = 16;

@@ -1,6 +1,7 @@
 //! The report of `meliora reach`.
 
 use std::fmt::Write;
+use std::ops::{Deref, DerefMut};
 
 use schemars::{JsonSchema, Schema};
 use serde::Serialize;
@@ -10,120 +11,46 @@ use super::columns::{Column, Place};
 use super::envelope::{Envelope, Findings, Phase};
 use super::export::WrittenRegions;
 use super::fields::is_nullable;
-use super::properties::{self, PropertyAnswer, Sizes, shown};
+use super::properties::{self, shown};
 use super::text::Grid;
 use super::{Number, Style, unsafe_start};
-use meliora_engine::regions::Regions;
-pub use meliora_planning::result::Share;
-use meliora_planning::result::{Escape, ModelCounts};
-use meliora_quantities::answer::Answer;
+use meliora_planning::result::ModelCounts;
+use meliora_question::answers::{Answers, OneQuestion, Plan, PropertyAnswer};
 
 /// The results of `reach`, in the order of the JSON fields.
 #[derive(Debug, Clone, Default, Serialize, JsonSchema)]
-#[schemars(rename = "reach")]
+#[schemars(rename = "reach", transform = keep_null)]
 pub struct ReachFindings {
-    /// The sizes of the model; `null` if unknown.
-    pub counts: Option<ModelCounts>,
-    /// The states that decide the question are not left (`--stop-at-target`): all counts are those of the
-    /// part explored; absent otherwise.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub stops_at_target: bool,
-    /// A property, or an operator of one, was decided over all combinations of values, before the reachable states
-    /// were known: the sizes of its regions are `null`, and so is `counts` unless another one needs all states; absent
-    /// otherwise.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub over_all_valuations: bool,
-    /// A property, or an operator of one, was decided by a guided search, before the reachable states were known: the
-    /// sizes of its regions are `null`, and so is `counts` unless another one needs all states; absent otherwise.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub by_guided_search: bool,
-    /// An initial state from which no strategy keeps `--require`: no property holds, and no quantity
-    /// has a value; absent without such a state.
-    #[serde(rename = "unsafe", skip_serializing_if = "Option::is_none")]
-    pub escape: Option<Escape>,
-    /// The fields of one question; absent with several properties.
+    /// The answers.
     #[serde(flatten)]
-    pub one: Option<OneQuestion>,
-    /// The questions in their order: the properties, or the target.
-    pub properties: Vec<PropertyAnswer>,
+    pub answers: Answers,
     /// The dump of `--out`; absent without `--out`, and if it was not written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub written: Option<WrittenRegions>,
 }
 
-/// The fields of a run with one question, a target or a property.
-#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
-#[schemars(transform = keep_null)]
-pub struct OneQuestion {
-    /// The number of target states; absent with several properties, `null` if unknown or not a
-    /// reachability question.
-    pub target: Option<Number>,
-    /// The sizes of the regions; `None` if unknown, or not needed by the property.
-    #[serde(flatten)]
-    pub sizes: Sizes,
-    /// The share of the initial states in each region; absent with several properties.
-    pub initial: Regions<Option<Share>>,
-    /// The property holds in all initial states; absent with `--target`, with several properties, or
-    /// if unknown.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub holds: Option<bool>,
-    /// The plans for the target; absent without `--strong` and `--policy`, if the question is not the goal
-    /// of a planning problem.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub plan: Option<Plan>,
-    /// True for a target, which has no verdict.
-    #[serde(skip)]
-    pub is_target: bool,
-}
+impl Deref for ReachFindings {
+    type Target = Answers;
 
-/// Plans for a target, as planners ask for them.
-#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
-#[schemars(inline)]
-pub struct Plan {
-    /// A strong cyclic plan exists from all initial states: it reaches the target almost surely if every
-    /// outcome of an action has a positive probability; `null` if unknown.
-    pub strong_cyclic: Option<bool>,
-    /// A strong plan exists from all initial states: every path reaches the target within a bound; `null`
-    /// without `--strong`, or if unknown.
-    pub strong: Option<bool>,
-    /// The number of states with a strong plan; `null` without `--strong`, or if unknown.
-    pub strong_states: Option<Number>,
-    /// The number of states outside the target that the policy of `--policy` visits; `null` without it, and if
-    /// no plan exists.
-    pub policy_states: Option<Number>,
-}
-
-impl Plan {
-    fn text(&self, style: Style) -> String {
-        let mut out = String::new();
-        let mut line = |what: &str, exists: Option<bool>| {
-            if let Some(exists) = exists {
-                let verdict = if exists { style.good("exists") } else { style.bad("does not exist") };
-                let _ = writeln!(out, "{what} {verdict}.");
-            }
-        };
-        line("A strong cyclic plan", self.strong_cyclic);
-        line("A strong plan", self.strong);
-        if let Some(states) = &self.strong_states {
-            let _ = writeln!(out, "States with a strong plan: {}", states.grouped());
-        }
-        if let Some(states) = &self.policy_states {
-            let _ = writeln!(
-                out,
-                "States with an action in the policy, checked one by one: {}",
-                states.grouped()
-            );
-        }
-        if out.is_empty() { out } else { format!("\n{out}") }
+    fn deref(&self) -> &Answers {
+        &self.answers
     }
 }
 
-/// Says of the fields that may be `null` that they are so even where they may be absent.
+impl DerefMut for ReachFindings {
+    fn deref_mut(&mut self) -> &mut Answers {
+        &mut self.answers
+    }
+}
+
+/// The fields of one question that may be `null`: a report of several questions does not have them.
+const OF_ONE: [&str; 6] = ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive", "initial"];
+
+/// Says of the fields of one question that may be `null` that they are so even where they may be absent.
 fn keep_null(schema: &mut Schema) {
     let properties = schema.get_mut("properties").and_then(Json::as_object_mut);
     for (name, field) in properties.into_iter().flatten() {
-        if name != "holds"
-            && name != "plan"
+        if OF_ONE.contains(&name.as_str())
             && is_nullable(field)
             && let Json::Object(field) = field
         {
@@ -192,7 +119,7 @@ impl Findings for ReachFindings {
     }
 
     fn answers(&self) -> Vec<(String, Option<String>)> {
-        self.properties.iter().map(|property| (property.cell(), property.note())).collect()
+        self.properties.iter().map(|answer| (properties::cell(answer), properties::note(answer))).collect()
     }
 
     fn is_unread(&self) -> bool {
@@ -209,94 +136,104 @@ impl Findings for ReachFindings {
             out += "The states behind those that decide the question are not explored, nor counted.\n";
         }
         if report.counts.is_none() {
-            out += report.early();
+            out += early(report);
         }
         out += &match (&report.one, report.properties.first()) {
-            (Some(one), Some(answer)) => one.text(answer, report.header.is_game(), style),
+            (Some(one), Some(answer)) => text_of_one(one, answer, report.header.is_game(), style),
             _ => properties::list(&report.properties, style),
         };
         out + &report.written.as_ref().map(WrittenRegions::text).unwrap_or_default()
     }
 }
 
-impl ReachFindings {
-    /// Says how properties were decided before the reachable states were known.
-    fn early(&self) -> &'static str {
-        match (self.over_all_valuations, self.by_guided_search) {
-            (true, true) => {
-                "Properties were decided by guided searches and over all combinations of values, before the reachable\n\
-                 states were known; these are not counted.\n"
-            }
-            (true, false) => {
-                "The property was decided over all combinations of values, before the reachable states were\n\
-                 known; these are not counted.\n"
-            }
-            (false, true) => {
-                "The property was decided by a guided search, before the reachable states were known; these are not\n\
-                 counted.\n"
-            }
-            (false, false) => "",
+/// Says how properties were decided before the reachable states were known.
+fn early(answers: &Answers) -> &'static str {
+    match (answers.over_all_valuations, answers.by_guided_search) {
+        (true, true) => {
+            "Properties were decided by guided searches and over all combinations of values, before the reachable\n\
+             states were known; these are not counted.\n"
         }
-    }
-
-    /// Adds the answer to a question; so far, it may be incomplete.
-    pub fn answer(&mut self, position: usize, answer: &Answer) {
-        self.properties[position].answer(answer);
-        if let Some(one) = &mut self.one {
-            one.holds = answer.holds;
+        (true, false) => {
+            "The property was decided over all combinations of values, before the reachable states were\n\
+             known; these are not counted.\n"
         }
+        (false, true) => {
+            "The property was decided by a guided search, before the reachable states were known; these are not\n\
+             counted.\n"
+        }
+        (false, false) => "",
     }
 }
 
-impl OneQuestion {
-    fn text(&self, answer: &PropertyAnswer, is_game: bool, style: Style) -> String {
-        let mut out = String::new();
-        if let Some(target) = &self.target {
-            let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", answer.property)));
-            let _ = writeln!(out, "  target states  {}", target.grouped());
-        } else if self.sizes.any() {
-            let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", answer.property)));
-        }
-        if self.sizes.any() {
-            out += &self.regions(is_game, style);
-        }
-        if let Some(value) = answer.value.iter().flatten().next() {
-            let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
-        }
-        if answer.front.is_some() {
-            let _ = write!(out, "\nThe Pareto front in the initial state: {}\n", answer.text());
-        }
-        out += &properties::listing(answer, style);
-        if let Some(reason) = &answer.reason {
-            let _ = write!(out, "\nThe property has no value: {}.\n", style.bad(reason));
-        }
-        if let Some(holds) = answer.holds {
-            let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
-            let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
-        }
-        out += &self.plan.as_ref().map(|plan| plan.text(style)).unwrap_or_default();
-        if answer.is_open() && !self.is_target {
-            let _ = write!(out, "\nThe property is not decided.\n");
-        }
-        out
+/// Formats the answer to one question.
+fn text_of_one(one: &OneQuestion, answer: &PropertyAnswer, is_game: bool, style: Style) -> String {
+    let mut out = String::new();
+    if let Some(target) = &one.target {
+        let _ = write!(out, "\n{}\n", style.bold(&format!("Reaching {}", answer.property)));
+        let _ = writeln!(out, "  target states  {}", target.grouped());
+    } else if one.sizes.any() {
+        let _ = write!(out, "\n{}\n", style.bold(&format!("Satisfying {}", answer.property)));
     }
+    if one.sizes.any() {
+        out += &regions(one, is_game, style);
+    }
+    if let Some(value) = answer.value.iter().flatten().next() {
+        let _ = write!(out, "\nThe value in the initial states: {}\n", style.bold(&shown(value)));
+    }
+    if answer.front.is_some() {
+        let _ = write!(out, "\nThe Pareto front in the initial state: {}\n", properties::text(answer));
+    }
+    out += &properties::listing(answer, style);
+    if let Some(reason) = &answer.reason {
+        let _ = write!(out, "\nThe property has no value: {}.\n", style.bad(reason));
+    }
+    if let Some(holds) = answer.holds {
+        let verdict = if holds { style.good("holds") } else { style.bad("does not hold") };
+        let _ = write!(out, "\nThe property {verdict} in all initial states.\n");
+    }
+    out += &one.plan.as_ref().map(|plan| plan_text(plan, style)).unwrap_or_default();
+    if answer.is_open() && !one.is_target {
+        let _ = write!(out, "\nThe property is not decided.\n");
+    }
+    out
+}
 
-    fn regions(&self, is_game: bool, style: Style) -> String {
-        let mut grid = Grid::new(&["", "states", "of the initial states"]);
-        let (sizes, initial) = (&self.sizes, &self.initial);
-        let rows = [
-            (&sizes.pmax_one, initial.pmax_one),
-            (&sizes.pmax_positive, initial.pmax_positive),
-            (&sizes.pmin_one, initial.pmin_one),
-            (&sizes.pmin_positive, initial.pmin_positive),
-        ];
-        let names = if is_game { NAMES_IN_GAMES } else { NAMES };
-        for (name, (region, share)) in names.into_iter().zip(rows) {
-            if let Some(region) = region {
-                let share = share.map_or_else(String::new, |share| share.to_string());
-                grid.row(vec![name.to_owned(), region.grouped(), share]);
-            }
+fn regions(one: &OneQuestion, is_game: bool, style: Style) -> String {
+    let mut grid = Grid::new(&["", "states", "of the initial states"]);
+    let (sizes, initial) = (&one.sizes, &one.initial);
+    let rows = [
+        (&sizes.pmax_one, initial.pmax_one),
+        (&sizes.pmax_positive, initial.pmax_positive),
+        (&sizes.pmin_one, initial.pmin_one),
+        (&sizes.pmin_positive, initial.pmin_positive),
+    ];
+    let names = if is_game { NAMES_IN_GAMES } else { NAMES };
+    for (name, (region, share)) in names.into_iter().zip(rows) {
+        if let Some(region) = region {
+            let share = share.map_or_else(String::new, |share| share.to_string());
+            grid.row(vec![name.to_owned(), region.grouped(), share]);
         }
-        grid.text(style)
     }
+    grid.text(style)
+}
+
+/// Formats the plans for a target.
+fn plan_text(plan: &Plan, style: Style) -> String {
+    let mut out = String::new();
+    let mut line = |what: &str, exists: Option<bool>| {
+        if let Some(exists) = exists {
+            let verdict = if exists { style.good("exists") } else { style.bad("does not exist") };
+            let _ = writeln!(out, "{what} {verdict}.");
+        }
+    };
+    line("A strong cyclic plan", plan.strong_cyclic);
+    line("A strong plan", plan.strong);
+    if let Some(states) = &plan.strong_states {
+        let _ = writeln!(out, "States with a strong plan: {}", states.grouped());
+    }
+    if let Some(states) = &plan.policy_states {
+        let _ =
+            writeln!(out, "States with an action in the policy, checked one by one: {}", states.grouped());
+    }
+    if out.is_empty() { out } else { format!("\n{out}") }
 }

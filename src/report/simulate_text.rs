@@ -3,7 +3,6 @@
 use std::fmt::Write;
 
 use super::envelope::{Findings, Phase};
-use super::number::grouped;
 use super::simulate::{
     AchievedReport, CommitReport, GainReport, MovesReport, RunsReport, SimulateFindings, SimulateReport,
     TurnReport,
@@ -13,6 +12,7 @@ use super::{Style, ranks};
 use meliora_planning::tally::Achievements;
 use meliora_planning::{Kind, Rank, Safety, StrategyKind};
 use meliora_quantities::Choose;
+use meliora_question::number::grouped;
 
 /// Maximum number of steps of the trace that are shown.
 const SHOWN: usize = 60;

@@ -7,11 +7,11 @@ use serde_json::value::{RawValue, to_raw_value};
 use super::choose::Choosing;
 use super::envelope::{Envelope, Findings, Phase};
 use super::header::Header;
-use super::number::{Number, grouped};
 use super::state::{StateJson, StateReport};
 use super::{Style, ranks, state_text, text};
 use meliora_base::escape;
 use meliora_planning::StrategyKind;
+use meliora_question::number::{Number, grouped};
 
 /// The results of `strategy`, in the order of the JSON fields.
 #[derive(Debug, Clone, Serialize, JsonSchema)]

@@ -3,8 +3,8 @@
 use std::fmt::{self, Write};
 
 use super::Style;
-pub(super) use super::number::grouped;
 use meliora_engine::Count;
+pub(super) use meliora_question::number::grouped;
 
 /// A table with a heading line; the first column is text, the others are numbers.
 pub(super) struct Grid {

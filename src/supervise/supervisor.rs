@@ -280,6 +280,10 @@ impl ProgressSink for Supervisor {
         }
     }
 
+    fn remaining(&self) -> Option<Duration> {
+        lock(&self.limits).time.map(|time| time.remaining())
+    }
+
     fn clock(&self) -> Duration {
         self.elapsed()
     }

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Self, TypeAlias
 
-from .reports import CheckReport, SimulatePlaysCommits, SimulatePlaysValue, StrategyStatesAttains, ValuesStates
+from .reports import CheckReport, ReachProperties, SimulatePlaysCommits, SimulatePlaysValue, StrategyStatesAttains, ValuesStates
 
 __all__ = [
     "__version__",
@@ -121,6 +121,11 @@ class Model:
         """Reads a model from a string, as `from_file` does from a file. Messages call the model
         `name`.
         """
+    @staticmethod
+    def from_pddl(
+        domain: _Path, problem: _Path, *, timeout: _Timeout | None = None, progress: _Progress | None = None
+    ) -> Model:
+        """."""
     @staticmethod
     def from_umb(
         source: _Path | bytes, *, timeout: _Timeout | None = None, progress: _Progress | None = None
@@ -317,6 +322,35 @@ class Model:
         Raises:
             InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
         """
+    @overload
+    def ask(
+        self,
+        properties: str | None = None,
+        *,
+        require: Sequence[str] | None = None,
+        precision: float = 1e-6,
+        scope: _Scope = "reachable",
+        engine: _Engine = "auto",
+        memory: int | str | None = None,
+        order: _Order | None = None,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> ReachProperties:
+        """."""
+    @overload
+    def ask(
+        self,
+        properties: Sequence[str],
+        *,
+        require: Sequence[str] | None = None,
+        precision: float = 1e-6,
+        scope: _Scope = "reachable",
+        engine: _Engine = "auto",
+        memory: int | str | None = None,
+        order: _Order | None = None,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> list[ReachProperties]: ...
     def _repr_html_(self) -> str: ...
 
 @final
@@ -1366,7 +1400,7 @@ class Progress:
     """The progress of a long call, as received by a `progress` callback."""
     @property
     def phase(self) -> str:
-        """The phase: `"model"`, `"preferences"`, `"states"`, `"target"`, `"counts"`, `"outcomes"`,
+        """The phase: `"model"`, `"preferences"`, `"states"`, `"target"`, `"properties"`, `"counts"`, `"outcomes"`,
         `"improvement"`, `"sasi"`, `"spi"`, `"jointly"`, `"values"`, `"strategy"`, `"plays"`, `"shield"`,
         `"export"`, `"verify"` or `"picture"`.
         """

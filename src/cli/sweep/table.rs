@@ -126,8 +126,8 @@ fn answered(cell: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use meliora_question::answers::OneQuestion;
     use meliora_report::columns::Row;
-    use meliora_report::reach::OneQuestion;
     use meliora_report::{CheckReport, CompareReport, Header, ReachReport};
 
     use super::super::row::Ended;

@@ -7,12 +7,11 @@
 //! | [`by_goal`] | how likely the first improvement gains each objective |
 //! | [`outlook`] | what a strategy promises |
 //! | [`confirmed`] | bounds that one step confirms, for certificates |
-//! | [`path_values`], [`answer`] | probabilities of formulas and rewards until a target, without preferences |
+//! | [`path_values`], [`sought`] | probabilities of formulas and rewards until a target, without preferences |
 //! | [`several`], [`followed`] | several objectives at once; strategies for them, followed |
 //! | [`vector`] | numbers of all states of an [`Arena`](crate::equations::arena::Arena) |
 
 pub mod all_states;
-pub mod answer;
 pub mod by_goal;
 pub mod choose;
 pub mod confirmed;
@@ -20,6 +19,7 @@ pub mod followed;
 pub mod outlook;
 pub mod path_values;
 pub mod several;
+pub mod sought;
 pub mod state_values;
 pub(crate) mod ties;
 pub mod values;

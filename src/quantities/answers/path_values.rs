@@ -24,7 +24,6 @@ use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::Codec;
 use meliora_engine::regions::{Regions, Which};
-use meliora_model::property::Measure;
 use meliora_model::{Optimum, Program, State};
 
 /// The quantity that is wanted.
@@ -72,18 +71,8 @@ pub struct Answer {
     pub end: Result<()>,
 }
 
-/// Returns the regions from which [`values`] computes a quantity.
-pub fn needed(measure: &Measure, optimum: Optimum) -> &'static [Which] {
-    match (measure, optimum) {
-        (Measure::Probability, Optimum::Max) => &[Which::PmaxPositive, Which::PmaxOne],
-        (Measure::Probability, Optimum::Min) => &[Which::PminPositive, Which::PminOne],
-        (Measure::Reward(_), Optimum::Min) => &[Which::PmaxOne],
-        (Measure::Reward(_), Optimum::Max) => &[Which::PminOne],
-    }
-}
-
-/// Computes a quantity in some states of the scope, from the regions of the formula that [`needed`]
-/// names; for a reward, these are the regions of reaching the target. With `exact`, computes with fractions, which can
+/// Computes a quantity in some states of the scope, from the regions of the formula that
+/// [`needed`](super::sought::needed) names; for a reward, these are the regions of reaching the target. With `exact`, computes with fractions, which can
 /// become very long.
 ///
 /// Cost: that of [`Paths::explore`] and [`Paths::values`].

@@ -87,6 +87,21 @@ impl<'e> Arena<'e> {
         self.codec.decode(&self.codes.code(number as u32))
     }
 
+    /// Returns the number of a state.
+    pub fn number(&self, state: &State) -> usize {
+        // The states are in the order of their values.
+        let (mut low, mut high) = (0, self.states());
+        while low + 1 < high {
+            let middle = low.midpoint(high);
+            if self.state(middle) <= *state {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
     /// Returns the states of the arena that are in a set of an engine with the same states. Cost: one membership test
     /// per state.
     ///

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use super::Evaluator;
-use super::operators::position;
 use super::several::Read;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
@@ -178,7 +177,7 @@ impl Objectives<'_> {
         }
         let mut nodes = Vec::new();
         for (state, node) in strategy {
-            let number = position(self.arena, state);
+            let number = self.arena.number(state);
             if self.arena.state(number) != *state {
                 return fault(state, StrategyFaultKind::Unknown);
             }

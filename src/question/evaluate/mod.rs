@@ -31,13 +31,12 @@ use meliora_engine::regions::Which;
 use meliora_lang::property::term::{Filter, FilterFunction, Term, TermKind};
 use meliora_model::{Program, State};
 use meliora_quantities::equations::arena::Arena;
+use meliora_quantities::sought::MOST_STATES;
 pub use number::Number;
+pub(crate) use sets::sign;
 pub use several::{Mix, MixedStrategy};
 
 use crate::goal::Required;
-
-/// Maximum number of states with values.
-const MOST_STATES: usize = 1 << 20;
 
 /// Builds the engine of a program: the model with monitors, or with one choice per successor.
 pub type Build<'a, E> = dyn Fn(&Arc<Program>) -> Result<Arc<E>> + 'a;
@@ -220,7 +219,7 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
 }
 
 /// Lists the states of a set.
-fn listed<E: Engine>(engine: &E, set: &E::States) -> Result<Vec<State>> {
+pub(crate) fn listed<E: Engine>(engine: &E, set: &E::States) -> Result<Vec<State>> {
     let list = engine.list_states(set, MOST_STATES + 1)?;
     if list.len() > MOST_STATES {
         return Err(Limit::Listed(MOST_STATES as u64).into());

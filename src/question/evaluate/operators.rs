@@ -6,52 +6,58 @@
 use super::numbers::Operator;
 use super::products::Product;
 use super::{Evaluator, Number};
+use crate::answer::{ASK_QUALITATIVELY, NEITHER};
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::{Exact, Real};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Path, Single, Step, Term};
-use meliora_model::property::{self, Rewards};
+use meliora_model::State;
+use meliora_model::property::Rewards;
 use meliora_model::temporal::{Asks, Condition};
-use meliora_model::{Program, State};
-use meliora_quantities::Earned;
-use meliora_quantities::cost::check_rewards;
 use meliora_quantities::equations::arena::{Arena, Goal};
-use meliora_quantities::path_values::{self, Answer, Paths, Wanted};
+use meliora_quantities::path_values::Answer;
+use meliora_quantities::sought::{Compute, Sought};
 use meliora_quantities::vector::{self, Accumulation, Until};
 
 impl<E: Engine> Evaluator<'_, '_, E> {
     pub(super) fn probability(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
-        let is_game = self.engine.is_game();
         match &path.single {
-            Some(single) if !is_game && is_unbounded(single) => self.between(asked, single),
+            Some(single) if !self.engine.is_game() && is_unbounded(single) => {
+                self.between(asked, &Sought::Probability(None), single)
+            }
             Some(single) => self.stepwise(asked, single),
-            None if is_game => self.product_of_game(asked, path),
             None => {
-                let optimum = asked.measured.optimum;
-                let needed = path_values::needed(&property::Measure::Probability, optimum);
-                let product = self.product(asked.term, path, None)?;
-                let (regions, states) = self.parts_of_product(&product, needed, &asked.at.list)?;
-                let wanted = (&Wanted::Probability, optimum);
-                let engine: &E = &product.engine;
-                let paths = Paths::explore(engine, &product.program, wanted, &regions, &states)?;
-                explored(paths, asked.precision)
+                let product = self.product(asked.term, path, asked.measured.coalition.as_ref())?;
+                let (sought, optimum) = (Sought::Probability(product.condition()), asked.measured.optimum);
+                let (regions, states) =
+                    self.parts_of_product(&product, sought.needed(optimum), &asked.at.list)?;
+                let model = (&*product.engine, &*product.program);
+                match sought.prepare(model, optimum, &regions, &states)? {
+                    Some(compute) => computed(compute, asked.precision),
+                    None => self.zero_or_one(asked, &product, &regions, &states),
+                }
             }
         }
     }
 
-    /// Returns the probabilities of a formula without bounds, from the equations of the states between its
-    /// regions.
-    fn between(&self, asked: &Operator<'_, E::States>, single: &Single) -> Result<Vec<Number>> {
-        let optimum = asked.measured.optimum;
-        let mut regions = Regions::default();
-        for &which in path_values::needed(&property::Measure::Probability, optimum) {
+    /// Returns a number of a formula without bounds, from the regions of the formula.
+    fn between(
+        &self,
+        asked: &Operator<'_, E::States>,
+        sought: &Sought<'_, E::States>,
+        single: &Single,
+    ) -> Result<Vec<Number>> {
+        let (optimum, mut regions) = (asked.measured.optimum, Regions::default());
+        for &which in sought.needed(optimum) {
             *regions.get_mut(which) = Some(self.region_of_single(self.engine, which, single)?);
         }
-        let wanted = (&Wanted::Probability, optimum);
-        let paths = Paths::explore(self.engine, self.program, wanted, &regions, &asked.at.list)?;
-        explored(paths, asked.precision)
+        let model = (self.engine, &**self.program);
+        match sought.prepare(model, optimum, &regions, &asked.at.list)? {
+            Some(compute) => computed(compute, asked.precision),
+            None => Err(self.unsupported(asked.term, NEITHER, ASK_QUALITATIVELY)),
+        }
     }
 
     /// Returns the probabilities of a formula with one operator, over all states.
@@ -109,53 +115,28 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         }
     }
 
-    /// Returns the probabilities of a formula of a game that a finite part of a path satisfies or violates.
-    fn product_of_game(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
-        let product = self.product(asked.term, path, asked.measured.coalition.as_ref())?;
-        let asks = [Asks::Accept, Asks::Avoid]
-            .into_iter()
-            .find(|asks| product.condition().is_some_and(|condition| condition.only_asks(*asks)));
-        let Some(asks) = asks else { return self.zero_or_one(asked, path) };
-        let (one, zero) = match asked.measured.optimum {
-            Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
-            Optimum::Min => (Which::PminOne, Which::PminPositive),
-        };
-        let safe = asks == Asks::Avoid;
-        let (regions, states) =
-            self.parts_of_product(&product, &[if safe { zero } else { one }], &asked.at.list)?;
-        let (engine, goal) = (&*product.engine, goal(asked.measured.optimum, true));
-        let (target, goal) = match safe {
-            false => (regions.known(one)?.clone(), goal),
-            true => (engine.difference(&engine.all_states(), regions.known(zero)?)?, goal.opposite()),
-        };
-        let arena = Arena::new(engine, &product.program)?;
-        let (left, right) = (arena.members(engine, &engine.all_states())?, arena.members(engine, &target)?);
-        let until = Until { left, right, least: 0, most: None };
-        let found = selected(&arena, vector::probability(&arena, &until, goal, asked.precision)?, &states)?;
-        Ok(if safe { found.iter().map(Number::complemented).collect() } else { found })
-    }
-
     /// Returns the probabilities of a formula of a game that no finite part of a path decides, if they are 0 or 1.
-    fn zero_or_one(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
+    fn zero_or_one(
+        &self,
+        asked: &Operator<'_, E::States>,
+        product: &Product<E>,
+        regions: &Regions<Option<E::States>>,
+        states: &[State],
+    ) -> Result<Vec<Number>> {
         let (one, positive) = match asked.measured.optimum {
             Optimum::Max => (Which::PmaxOne, Which::PmaxPositive),
             Optimum::Min => (Which::PminOne, Which::PminPositive),
         };
-        let one = self.region(asked.term, asked.measured, one, path)?;
-        let positive = self.region(asked.term, asked.measured, positive, path)?;
+        let (one, positive) = (regions.known(one)?, regions.known(positive)?);
         let value = |state: &State| match (
-            self.engine.contains(&one, state)?,
-            self.engine.contains(&positive, state)?,
+            product.engine.contains(one, state)?,
+            product.engine.contains(positive, state)?,
         ) {
             (true, _) => Ok(truth(true)),
             (_, false) => Ok(truth(false)),
-            _ => {
-                let message = "values of a game other than 0 and 1 are not supported for a formula that is \
-                                   neither safe nor co-safe";
-                Err(self.unsupported(asked.term, message, "ask whether it is 0 or 1, by `P>=1` and `P>0`"))
-            }
+            _ => Err(self.unsupported(asked.term, NEITHER, ASK_QUALITATIVELY)),
         };
-        asked.at.list.iter().map(value).collect()
+        states.iter().map(value).collect()
     }
 
     pub(super) fn long_run(&self, asked: &Operator<'_, E::States>, states: &Term) -> Result<Vec<Number>> {
@@ -212,7 +193,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             ) => {
                 let target = self.states(right, &all)?;
                 if !self.engine.is_game() {
-                    return self.reward_between(asked, structure, single, &target);
+                    return self.between(asked, &Sought::Reward(structure, &target), single);
                 }
                 let goal = goal(asked.measured.optimum, true);
                 self.in_arena(asked, |arena, engine| {
@@ -230,26 +211,6 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             }
             _ => self.reward_in_product(asked, structure, path),
         }
-    }
-
-    fn reward_between(
-        &self,
-        asked: &Operator<'_, E::States>,
-        structure: usize,
-        single: &Single,
-        target: &E::States,
-    ) -> Result<Vec<Number>> {
-        let (program, optimum): (&Program, _) = (self.program, asked.measured.optimum);
-        let wrong = program.wrong_rewards(structure);
-        let items = &program.rewards[structure];
-        check_rewards(self.engine, program, items, &wrong)?;
-        let mut regions = Regions::default();
-        for &which in path_values::needed(&property::Measure::Reward(Rewards::First), optimum) {
-            *regions.get_mut(which) = Some(self.region_of_single(self.engine, which, single)?);
-        }
-        let wanted = Wanted::Reward(Earned { program, structure: items }, target);
-        let paths = Paths::explore(self.engine, program, (&wanted, optimum), &regions, &asked.at.list)?;
-        explored(paths, asked.precision)
     }
 
     /// Returns the reward until a monitor accepts.
@@ -319,9 +280,9 @@ fn is_unbounded(single: &Single) -> bool {
     matches!(single.step, Step::Now(_) | Step::Until { least: 0, most: None, .. })
 }
 
-/// Returns the values of explored paths.
-fn explored(mut paths: Paths<'_>, precision: f64) -> Result<Vec<Number>> {
-    let found = paths.values(precision <= 0.0)?;
+/// Returns the values that were prepared.
+fn computed(mut compute: Compute<'_>, precision: f64) -> Result<Vec<Number>> {
+    let found = compute(precision)?;
     found.end?;
     Ok(found.values.into_iter().map(Number::from).collect())
 }
@@ -329,19 +290,5 @@ fn explored(mut paths: Paths<'_>, precision: f64) -> Result<Vec<Number>> {
 /// Returns the values of some states of an arena, which has its states in their order.
 fn selected(arena: &Arena<'_>, answer: Answer, states: &[State]) -> Result<Vec<Number>> {
     answer.end?;
-    Ok(states.iter().map(|state| answer.values[position(arena, state)].clone().into()).collect())
-}
-
-/// Returns the number of a state in an arena.
-pub(super) fn position(arena: &Arena<'_>, state: &State) -> usize {
-    let (mut low, mut high) = (0, arena.states());
-    while low + 1 < high {
-        let middle = low.midpoint(high);
-        if arena.state(middle) <= *state {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    low
+    Ok(states.iter().map(|state| answer.values[arena.number(state)].clone().into()).collect())
 }

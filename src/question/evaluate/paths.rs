@@ -6,8 +6,7 @@ use meliora_engine::Engine;
 use meliora_engine::regions::{Which, deciding};
 use meliora_engine::until::{self, Bounds, Until};
 use meliora_lang::property::term::{Measure, Measured, Path, Single, Step, Term, TermKind};
-use meliora_model::property;
-use meliora_quantities::path_values;
+use meliora_quantities::sought::needed;
 
 /// A formula with at most one temporal operator over sets of states.
 enum Sets<S> {
@@ -30,7 +29,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let Measure::Probability(path) = &measured.measure else { return Ok(Vec::new()) };
         let needed = match measured.qualitative() {
             Some((strategies, likely)) => vec![deciding(strategies, likely).0],
-            None => path_values::needed(&property::Measure::Probability, measured.optimum).to_vec(),
+            None => needed(false, measured.optimum).to_vec(),
         };
         let mut order = Vec::new();
         for which in needed {

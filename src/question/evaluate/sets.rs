@@ -164,7 +164,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
 }
 
 /// Returns the sign of a comparison.
-fn sign(comparison: Inequality) -> BinaryOp {
+pub(crate) fn sign(comparison: Inequality) -> BinaryOp {
     match comparison {
         Inequality::Ge => BinaryOp::Ge,
         Inequality::Gt => BinaryOp::Gt,

@@ -1,7 +1,6 @@
 //! Several objectives at once: `multi(…)`.
 
 use super::following::Objectives;
-use super::operators::position;
 use super::{At, Evaluator, Number};
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
@@ -146,7 +145,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     pub fn mix(&self, term: &Term) -> Result<Mix> {
         let Objectives { arena, start, read, .. } = self.objectives(term)?;
         let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
-        let found = mixed(arena, position(arena, &start), &objectives, self.model.precision);
+        let found = mixed(arena, arena.number(&start), &objectives, self.model.precision);
         let (_, parts) = found.map_err(|error| self.placed(term, error))?;
         let strategy = |part: Part| {
             let value =
@@ -188,7 +187,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let arena: &Arena<'_> = self.model.arena()?;
         let read = self.read(arena, all, state)?;
         let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
-        let found = several(arena, position(arena, state), &objectives, precision);
+        let found = several(arena, arena.number(state), &objectives, precision);
         let mut found = found.map_err(|error| self.placed(term, error))?;
         if let Several::Front(points) = &mut found {
             for (at, _) in read.iter().enumerate().filter(|(_, own)| own.negated) {

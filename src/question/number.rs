@@ -56,7 +56,7 @@ impl Serialize for Number {
 }
 
 /// Formats a number with a comma after every third digit: `1,234,567`.
-pub(super) fn grouped(number: impl fmt::Display) -> String {
+pub fn grouped(number: impl fmt::Display) -> String {
     let digits = number.to_string();
     let mut text = String::with_capacity(digits.len() * 4 / 3);
     for (index, digit) in digits.chars().enumerate() {

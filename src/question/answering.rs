@@ -5,47 +5,49 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use ahash::AHashMap;
-use meliora_base::error::Error;
+
+use crate::answer::Answer;
+use crate::answers::{Answers, Share};
+use crate::asking::Asking;
+use crate::goal::{Goal, Target};
+use crate::listener::{Listener, Shares};
+use crate::plan::{Decision, Request};
+use crate::questions::{Options, Questions};
+use crate::regions::Found;
+use crate::start::check_start;
+use crate::under::Under;
+use crate::warnings::{self, Warning};
+use meliora_base::error::{Error, Result};
 use meliora_engine::regions::{Regions, Which};
-use meliora_engine::{Count, Engine, Guided};
+use meliora_engine::{Count, Engine, Guided, Usage};
 use meliora_lang::refusal::Refusal;
 use meliora_model::Program;
 use meliora_planning::RegionSearch;
 use meliora_planning::result::ModelCounts;
-use meliora_quantities::answer::Answer;
-use meliora_question::plan::{Decision, Request};
-use meliora_question::{Asking, Goal, Target, Under, check_start};
-use meliora_report::ReachReport;
-use meliora_report::reach::{ReachFindings, Share};
 
-use super::asked::Asked;
-use super::engines;
-use super::given::Given;
-use super::questions::Known;
-use super::regions;
-use super::shares::Shares;
-use super::supervise::Job;
+/// The decisions about the requests so far.
+pub(crate) type Known = Vec<Option<Decision>>;
 
 /// The answer to a request before all states are known.
-pub(super) struct Judged {
-    pub(super) answer: Answer,
-    pub(super) decision: Decision,
+pub(crate) struct Judged {
+    pub(crate) answer: Answer,
+    pub(crate) decision: Decision,
     /// The share of the initial states in each region that was needed.
-    pub(super) initial: Regions<Option<Share>>,
-    /// See [`meliora_engine::Usage::peak_nodes`].
-    pub(super) peak_nodes: u64,
+    pub(crate) initial: Regions<Option<Share>>,
+    /// The resources that its engine has used.
+    pub(crate) usage: Option<Usage>,
 }
 
 /// Answers a request over all valuations.
 ///
 /// # Errors
 /// A limit is hit; the target has no value in some state of the engine; the model has no initial state.
-pub(super) fn judge<E: Engine>(
+pub(crate) fn judge<E: Engine>(
     engine: &E,
     asking: &Asking,
     asked: &Arc<Program>,
     program: &Program,
-) -> Result<Judged, Error> {
+) -> Result<Judged> {
     check_start(engine, program)?;
     let played = asking.played(engine)?;
     let engine = played.as_ref().unwrap_or(engine);
@@ -55,13 +57,13 @@ pub(super) fn judge<E: Engine>(
     for which in search.order(&asking.needed()) {
         *initial.get_mut(which) = Some(Share::of_initial(engine, &search.region(which)?)?);
     }
-    let answer = under.decided(asking, asked, search.known())?;
+    let answer = under.decided(asking, search.known())?;
     let decision = Decision::of(engine, asking, &answer, search.known(), false)?;
-    Ok(Judged { answer, decision, initial, peak_nodes: engine.usage().peak_nodes })
+    Ok(Judged { answer, decision, initial, usage: Some(engine.usage()) })
 }
 
 /// Returns the answer of a guided search for the region of a request.
-pub(super) fn guided(search: &Guided, asking: &Asking) -> Judged {
+pub(crate) fn guided(search: &Guided, asking: &Asking) -> Judged {
     let [all, lost] = search.initial();
     // The search ends with the first initial state that is lost.
     let (share, is_none) = match search.answer() {
@@ -72,11 +74,11 @@ pub(super) fn guided(search: &Guided, asking: &Asking) -> Judged {
     let inside = Decision { all: search.answer(), none: is_none, is_lost: false };
     let decision = if asking.is_inside() { inside } else { !inside };
     let initial = Regions { pmax_one: share, ..Regions::default() };
-    Judged { answer: Answer::of(decision.holds()), decision, initial, peak_nodes: 0 }
+    Judged { answer: Answer::of(decision.holds()), decision, initial, usage: None }
 }
 
 /// Adds the answer to a request, and the answers that it decides to the properties that need it.
-pub(super) fn add(r: &mut ReachFindings, asked: &Asked, request: usize, answer: &Answer, known: &Known) {
+pub(crate) fn add(r: &mut Answers, asked: &Questions, request: usize, answer: &Answer, known: &Known) {
     for &at in &asked.plan.requests[request].properties {
         let property = &asked.plan.properties[at];
         if property.request().is_some() {
@@ -88,25 +90,25 @@ pub(super) fn add(r: &mut ReachFindings, asked: &Asked, request: usize, answer: 
 }
 
 /// Answers questions, and adds the answers to the report of a job.
-pub(super) struct Answering<'a> {
-    pub(super) job: &'a Job<ReachReport>,
-    pub(super) given: &'a Given<'a>,
-    pub(super) asked: &'a Asked,
-    pub(super) known: RefCell<Known>,
+pub(crate) struct Answering<'a> {
+    pub(crate) listener: &'a dyn Listener,
+    pub(crate) options: &'a Options,
+    pub(crate) asked: &'a Questions,
+    pub(crate) known: RefCell<Known>,
 }
 
 impl<'a> Answering<'a> {
-    pub(super) fn new(
-        job: &'a Job<ReachReport>,
-        given: &'a Given<'a>,
-        asked: &'a Asked,
+    pub(crate) fn new(
+        listener: &'a dyn Listener,
+        options: &'a Options,
+        asked: &'a Questions,
         known: Known,
     ) -> Self {
-        Answering { job, given, asked, known: RefCell::new(known) }
+        Answering { listener, options, asked, known: RefCell::new(known) }
     }
 
     /// Returns the decisions about all requests.
-    pub(super) fn known(self) -> Known {
+    pub(crate) fn known(self) -> Known {
         self.known.into_inner()
     }
 
@@ -115,18 +117,18 @@ impl<'a> Answering<'a> {
     ///
     /// # Errors
     /// A limit is hit, or a request has no answer that leaves the others.
-    pub(super) fn requests<E: Engine>(
+    pub(crate) fn requests<E: Engine>(
         &self,
         engine: &E,
         requests: &[usize],
-        kept: &mut Option<regions::Found<E::States>>,
-    ) -> Result<Option<E::States>, Error> {
+        kept: &mut Option<Found<E::States>>,
+    ) -> Result<Option<E::States>> {
         let all = &self.asked.plan.requests;
         let Some(&first) = requests.first() else {
             let all = engine.all_states();
             let count = || ModelCounts::within(engine, &all);
-            let counts = self.job.timed("count", count, |r, s| r.time.add("build", s))?;
-            self.job.update(|r| r.counts = Some(counts));
+            let counts = self.listener.timed(("count", "build"), count)?;
+            self.listener.update(|r| r.counts = Some(counts));
             return Ok(None);
         };
         let goal = &all[first].asking.goal;
@@ -141,21 +143,17 @@ impl<'a> Answering<'a> {
     }
 
     /// Counts the states, unless another question has done so.
-    pub(super) fn counted<E: Engine>(
-        &self,
-        engine: &E,
-        under: &Under<'_, E>,
-        goal: &Goal,
-    ) -> Result<(), Error> {
+    pub(crate) fn counted<E: Engine>(&self, engine: &E, under: &Under<'_, E>, goal: &Goal) -> Result<()> {
         let mut known = false;
-        self.job.update(|r| known = r.counts.is_some());
+        self.listener.update(|r| known = r.counts.is_some());
         if known {
             return Ok(());
         }
-        let counts = self.job.timed("count", || under.counts(goal), |r, s| r.time.add("build", s))?;
+        let counts = self.listener.timed(("count", "build"), || under.counts(goal))?;
         let (program, overlap) = (&self.asked.program, self.asked.overlap.as_ref());
-        engines::warn_of_states(&self.job.sink, engine, program, &counts.deadlocks, overlap)?;
-        self.job.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
+        let warnings = warnings::of_states(engine, program, &counts.deadlocks, overlap)?;
+        warnings.into_iter().for_each(|warning| self.listener.warn(warning));
+        self.listener.update(|r| (r.counts, r.escape) = (Some(counts), under.escape.clone()));
         Ok(())
     }
 
@@ -164,10 +162,10 @@ impl<'a> Answering<'a> {
         &self,
         under: &Under<'_, E>,
         requests: &[usize],
-        kept: &mut Option<regions::Found<E::States>>,
-    ) -> Result<(), Error> {
+        kept: &mut Option<Found<E::States>>,
+    ) -> Result<()> {
         let mut groups = groups(under.engine(), self.asked, requests)?;
-        if let ([group], true) = (&mut groups[..], self.given.is_one) {
+        if let ([group], true) = (&mut groups[..], self.options.is_one) {
             self.target(under, group)?;
         }
         for round in 0..Which::ALL.len() {
@@ -195,7 +193,7 @@ impl<'a> Answering<'a> {
     /// Returns whether a request is answered after the regions: one that asks for a number, and the property of a
     /// run with one question.
     fn has_value(&self, request: usize) -> bool {
-        let (asking, is_one) = (self.asking(request), self.given.is_one && self.is_alone(request));
+        let (asking, is_one) = (self.asking(request), self.options.is_one && self.is_alone(request));
         asking.asks_for_number() || is_one && asking.question.is_some()
     }
 
@@ -205,7 +203,7 @@ impl<'a> Answering<'a> {
     }
 
     /// Counts the states of the target of one question.
-    fn target<E: Engine>(&self, under: &Under<'_, E>, group: &mut Group<'_, E>) -> Result<(), Error> {
+    fn target<E: Engine>(&self, under: &Under<'_, E>, group: &mut Group<'_, E>) -> Result<()> {
         let request = group.members[0];
         if !matches!(self.asking(request).goal.target, Target::States(_)) || !self.is_alone(request) {
             return Ok(());
@@ -215,9 +213,9 @@ impl<'a> Answering<'a> {
         let own = engine.intersection(&engine.all_states(), &group.judged)?;
         let size = engine.count(&engine.intersection(&group.search.goal()?, &own)?)?;
         if size == Count::ZERO {
-            self.job.sink.warn("no state satisfies the target");
+            self.listener.warn(Warning::Text("no state satisfies the target".to_owned()));
         }
-        self.job.update(|r| r.one.iter_mut().for_each(|one| one.target = Some(size.clone().into())));
+        self.listener.update(|r| r.one.iter_mut().for_each(|one| one.target = Some(size.clone().into())));
         Ok(())
     }
 
@@ -228,10 +226,10 @@ impl<'a> Answering<'a> {
         under: &Under<'_, E>,
         group: &mut Group<'_, E>,
         round: usize,
-    ) -> Result<Option<(Which, E::States)>, Error> {
+    ) -> Result<Option<(Which, E::States)>> {
         let Some(&which) = group.order.get(round) else { return Ok(None) };
         let region = || group.search.region(which);
-        let states = self.job.timed(which.formula(), region, |r, s| r.time.add(which.name(), s))?;
+        let states = self.listener.timed((which.formula(), which.name()), region)?;
         let engine = under.engine();
         let inside = engine.intersection(&states, &group.judged)?;
         let alone = group.members.iter().flat_map(|&request| self.asked.plan.alone(request));
@@ -239,25 +237,25 @@ impl<'a> Answering<'a> {
         self.size(engine, &positions, (which, &inside))?;
         for &request in &group.members {
             let asking = self.asking(request);
-            let decided = under.decided(asking, &self.asked.program, group.search.known())?;
+            let decided = under.decided(asking, group.search.known())?;
             self.learn(under, request, &decided, group.search.known())?;
         }
         Ok(Some((which, inside)))
     }
 
     /// Adds the size of a region of some properties to the report.
-    pub(super) fn size<E: Engine>(
+    pub(crate) fn size<E: Engine>(
         &self,
         engine: &E,
         positions: &[usize],
         (which, states): (Which, &E::States),
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         if positions.is_empty() {
             return Ok(());
         }
         let size = engine.count(states)?;
-        let share = self.given.is_one.then(|| Share::of_initial(engine, states)).transpose()?;
-        self.job.update(|r| {
+        let share = self.options.is_one.then(|| Share::of_initial(engine, states)).transpose()?;
+        self.listener.update(|r| {
             if let Some(one) = &mut r.one {
                 *one.sizes.get_mut(which) = Some(size.clone().into());
                 *one.initial.get_mut(which) = share;
@@ -276,14 +274,14 @@ impl<'a> Answering<'a> {
         request: usize,
         answer: &Answer,
         known: &Regions<Option<E::States>>,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let (asking, is_lost) = (self.asking(request), under.escape.is_some());
         let decision = Decision::of(under.engine(), asking, answer, known, is_lost)?;
         self.known.borrow_mut()[request] = Some(decision);
-        self.job.update(|r| {
+        self.listener.update(|r| {
             add(r, self.asked, request, answer, &self.known.borrow());
-            r.used(under.engine().usage());
         });
+        self.listener.used(under.engine().usage());
         Ok(())
     }
 
@@ -294,7 +292,7 @@ impl<'a> Answering<'a> {
         // A formula with monitors is alone, and has its share already.
         let is_plain = members().any(|&request| self.asking(request).goal.watched.is_none());
         let more = self.asked.plan.properties.iter().any(|property| property.request().is_none());
-        Shares::of(&self.job.sink, values + usize::from(is_plain && more))
+        Shares::of(self.listener, values + usize::from(is_plain && more))
     }
 
     /// Answers the requests for which the regions are not enough.
@@ -303,19 +301,19 @@ impl<'a> Answering<'a> {
         under: &Under<'_, E>,
         group: &Group<'_, E>,
         shares: &mut Shares<'_>,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         for &request in group.members.iter().filter(|&&request| self.has_value(request)) {
             let (asking, known, mut partial) = (self.asking(request), group.search.known(), None);
             let answer = || {
-                let mut answer = under.answer(asking, &self.asked.program, known, self.given.precision)?;
+                let mut answer = under.answer(asking, &self.asked.program, known, self.options.precision)?;
                 let end = std::mem::replace(&mut answer.end, Ok(()));
                 // A number of a game that is not supported leaves the others.
-                let leaves = answer.no_value.is_some() && !self.given.is_one;
+                let leaves = answer.no_value.is_some() && !self.options.is_one;
                 partial = Some(answer);
                 if leaves { Ok(()) } else { end }
             };
             let work = || Ok(shares.next(answer));
-            let done = self.job.timed("value", work, |r, s| r.time.add("value", s))?;
+            let done = self.listener.timed(("value", "value"), work)?;
             if let Some(answer) = &partial {
                 self.learn(under, request, answer, known)?;
             }
@@ -326,7 +324,7 @@ impl<'a> Answering<'a> {
                 Err(error @ Error::Input(_)) if self.asked.is_list => Refusal::of(&error).reason,
                 Err(error) => return Err(error),
             };
-            self.job.update(|r| {
+            self.listener.update(|r| {
                 for at in self.asked.plan.alone(request) {
                     r.properties[self.asked.plan.properties[at].position].reason = Some(reason.clone());
                 }
@@ -362,9 +360,9 @@ struct Group<'a, E: Engine> {
 /// Groups requests by their goals, in the order of the first of each.
 fn groups<'a, E: Engine>(
     engine: &'a E,
-    asked: &'a Asked,
+    asked: &'a Questions,
     requests: &[usize],
-) -> Result<Vec<Group<'a, E>>, Error> {
+) -> Result<Vec<Group<'a, E>>> {
     let asking = |request: usize| &asked.plan.requests[request].asking;
     let same = |a: &Asking, b: &Asking| match (&a.goal.target, &b.goal.target) {
         (Target::States(one), Target::States(other)) => one.is_same(other),

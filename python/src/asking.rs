@@ -1,0 +1,211 @@
+//! Questions to models.
+
+use std::sync::Arc;
+
+use meliora::Settings;
+use meliora::engine::Selection;
+use meliora::supervise::Reporter;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use serde_json::to_string;
+
+use crate::analysis::Analysis;
+use crate::errors::{Failure, usage};
+use crate::exploration::{Exploration, Reachability};
+use crate::model::Model;
+use crate::options::{self, Asked};
+use crate::preferences::{self, Preferences};
+use crate::region::Space;
+use crate::values;
+use crate::worker::Call;
+
+impl Model {
+    /// Returns a space with a new worker, the settings, and whether several ways race.
+    fn space(&self, asked: &Asked<'_, '_>) -> PyResult<(Space, Settings, bool)> {
+        let (settings, is_any, worker) = asked.settings()?;
+        Ok((Space { worker, names: Arc::clone(&self.names) }, settings, is_any))
+    }
+}
+
+#[pymethods]
+impl Model {
+    /// Explores the states of the scope. `check` does this first; explore once for several queries.
+    ///
+    /// Args:
+    ///     scope: The valuations that are states: "reachable" from the initial states, or "all".
+    ///     engine: The storage of states: "symbolic" for decision diagrams, "explicit" for a list,
+    ///         "auto" for the first of both to know all states; in `check` and `reach`, the answer.
+    ///     memory: Bytes for the tables of the engine, or a text such as "2GiB"; None for half of
+    ///         the machine's memory.
+    ///     order: The order of the bits in diagrams: "auto", "declared", or names of variables or
+    ///         bits from the root down.
+    ///     timeout: Seconds, or a text such as "5s", after which the work ends with OutOfTime.
+    ///     progress: Called with a Progress at intervals, from the calling thread; an exception
+    ///         raised by it ends the work.
+    ///
+    /// Raises:
+    ///     InputError: An expression has no value in some state; the error shows an example.
+    ///     LimitError: A limit was reached.
+    #[pyo3(signature = (*, scope="reachable", engine="symbolic", memory=None, order=None, timeout=None, progress=None))]
+    fn explore(
+        slf: &Bound<'_, Self>,
+        scope: &str,
+        engine: &str,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Exploration> {
+        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
+        let call = Call::new(timeout, progress)?;
+        Exploration::explore((&slf.get().inner, slf.clone().into_any()), space, (settings, is_any), &call)
+    }
+
+    /// Computes the states from which improvements are possible or sure, and how many. Explores the
+    /// model and computes winning regions, classes, the improvement MDP and the levels of SASI and
+    /// SPI.
+    ///
+    /// Args:
+    ///     preferences: A Preferences, or the path of a preference file.
+    ///     safety: How to treat actions that may weaken: "action", "transition" (the paper's
+    ///         definition to the letter) or "prefix".
+    ///     max_level: The search for levels ends after this level.
+    ///     scope, engine, memory, order, timeout, progress: As in `explore`.
+    ///
+    /// Raises:
+    ///     InputError: The preferences are invalid; each problem has its place.
+    ///     LimitError: A limit was reached; its `analysis` has the results so far.
+    #[pyo3(signature = (preferences, *, scope="reachable", safety="prefix", engine="symbolic", max_level=None, memory=None, order=None, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn check(
+        slf: &Bound<'_, Self>,
+        preferences: &Bound<'_, PyAny>,
+        scope: &str,
+        safety: &str,
+        engine: &str,
+        max_level: Option<i128>,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Analysis> {
+        let py = slf.py();
+        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
+        let options = options::planning(safety, max_level)?;
+        let call = Call::new(timeout, progress)?;
+        let preferences: Py<Preferences> = preferences::given(py, preferences, slf.get().inner.program())?;
+        let given = (&slf.get().inner, slf.clone().into_any());
+        if is_any {
+            return Exploration::analyse_by_any(given, &space, settings, (preferences, options), &call);
+        }
+        Exploration::explore(given, space, (settings, false), &call)?.analyse(py, preferences, options, &call)
+    }
+
+    /// Computes the four qualitative regions of a target: `explore` followed by
+    /// `Exploration.reach`.
+    ///
+    /// Args:
+    ///     target: A condition in the model's language, such as 'x = 3 & "goal"', a temporal formula,
+    ///         or a property such as 'P>=1 [ G F x = 3 ]'.
+    ///     stop_at_target: Do not explore the states behind those that decide the question. In the initial
+    ///         states the answer is the same; the regions are those of the part explored. Only with the
+    ///         scope "reachable".
+    ///     scope, engine, memory, order, timeout, progress: As in `explore`.
+    ///
+    /// Raises:
+    ///     InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
+    #[pyo3(signature = (target, *, stop_at_target=false, scope="reachable", engine="symbolic", memory=None, order=None, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn reach(
+        slf: &Bound<'_, Self>,
+        target: &str,
+        stop_at_target: bool,
+        scope: &str,
+        engine: &str,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Reachability> {
+        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
+        let call = Call::new(timeout, progress)?;
+        let question = (&slf.get().inner, target.to_owned());
+        if stop_at_target {
+            return Exploration::reach_stopping(slf.py(), question, &space, (settings, is_any), &call);
+        }
+        if is_any {
+            return Exploration::reach_by_any(slf.py(), question, &space, settings, &call);
+        }
+        let given = (question.0, slf.clone().into_any());
+        Exploration::explore(given, space, (settings, false), &call)?.reach_text(slf.py(), question.1, &call)
+    }
+
+    /// Answers properties in the initial states, as `meliora reach --property` does: conditions on states, whose
+    /// operators ask for probabilities, rewards, several objectives at once, filters. Properties share their regions. The
+    /// states are not explored where the answers need only some of them.
+    ///
+    /// Args:
+    ///     properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these; None
+    ///         for the goal of a planning problem.
+    ///     require: Safe formulas such as 'G x < 3' that every strategy must keep.
+    ///     precision: The largest width of the bounds of a number, relative to the number above 1.
+    ///     engine: "auto" (default): the first way to end has the answer.
+    ///     scope, memory, order, timeout, progress: As in `explore`. Of several properties, each has a share of the time.
+    ///
+    /// Returns:
+    ///     The answer as a dictionary, or a list of these. One of several that has no answer has a `reason`.
+    ///
+    /// Raises:
+    ///     InputError: A text is wrong, or the only property cannot be answered.
+    ///     LimitError: A limit was reached; its `known["properties"]` has the answers so far.
+    #[pyo3(signature = (properties=None, *, require=None, precision=1e-6, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn ask(
+        slf: &Bound<'_, Self>,
+        properties: Option<&Bound<'_, PyAny>>,
+        require: Option<Vec<String>>,
+        precision: f64,
+        scope: &str,
+        engine: &str,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        let (py, model) = (slf.py(), slf.get());
+        let is_one = properties.is_none_or(|given| given.is_instance_of::<PyString>());
+        let texts = match properties {
+            None => Vec::from_iter(model.inner.goal_property().map(str::to_owned)),
+            Some(given) if is_one => vec![given.extract::<String>()?],
+            Some(given) => given.extract()?,
+        };
+        if texts.is_empty() {
+            return Err(usage("a property is missing: the model has no goal that is asked for without one"));
+        }
+        if !(precision > 0.0 && precision < 1.0) {
+            return Err(usage(format!("precision={precision}: expected a number between 0 and 1")));
+        }
+        let (space, settings, is_any) = model.space(&Asked { scope, engine, memory, order })?;
+        let engine = if is_any {
+            Selection::open()
+        } else {
+            Selection { storage: settings.storage, reason: None, is_open: false }
+        };
+        let ask =
+            meliora::Ask { require: require.unwrap_or_default(), precision, engine, ..Default::default() };
+        let (call, inner) = (Call::new(timeout, progress)?, model.inner.clone());
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report("properties", String::new());
+            inner.ask(&Vec::from_iter(texts.iter().map(String::as_str)), &ask, settings)
+        };
+        let found = space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
+        let answers = values::plain(py, to_string(&found.answers.properties))?;
+        if let Some(limit) = found.limit {
+            let known = PyDict::new(py);
+            known.set_item("properties", answers)?;
+            let failure = Failure::of(limit.into()).at(space.worker.supervisor.position());
+            return Err(failure.raise_with(py, |_| Ok((py.None(), known.into_any().unbind()))));
+        }
+        if is_one { Ok(answers.bind(py).get_item(0)?.unbind()) } else { Ok(answers) }
+    }
+}

@@ -1,0 +1,122 @@
+"""Questions in any form: `Model.ask`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import meliora
+import pytest
+from meliora import errors
+
+WALK = """mdp
+module walk
+  x : [0..4] init 0;
+  [left] x=0 -> 1/4: (x'=1) + 3/4: (x'=3);
+  [right] x=0 -> (x'=2);
+  [again] x=3 -> 1/2: (x'=0) + 1/2: (x'=4);
+  [stay] x=1 | x=2 | x=4 -> true;
+endmodule
+rewards "steps"
+  true : 1;
+endrewards
+"""
+
+DOMAIN = """(define (domain doors)
+  (:requirements :strips :non-deterministic)
+  (:predicates (at-door) (open) (inside))
+  (:action push :parameters () :precondition (and (at-door) (not (open)))
+    :effect (oneof (open) (at-door)))
+  (:action enter :parameters () :precondition (open) :effect (inside)))
+"""
+PROBLEM = "(define (problem one) (:domain doors) (:init (at-door)) (:goal (inside)))"
+
+
+@pytest.fixture(scope="module")
+def walk() -> meliora.Model:
+    return meliora.Model.from_string(WALK)
+
+
+@pytest.mark.parametrize(
+    ("text", "holds"),
+    [
+        ("Pmax>=1 [ F x=2 ]", True),
+        ("!!(Pmax>=1 [ F x=2 ])", True),
+        ("true & Pmax>=1 [ F x=2 ]", True),
+        ("Pmax>=1 [ F x=1 ]", False),
+        ("!(Pmax>=1 [ F x=1 ]) & Pmax>0 [ F x=1 ]", True),
+        ("P>=1 [ F Pmax>=1 [ G x=4 ] ]", False),
+        ("filter(forall, Pmax>=1 [ F x=2 ], x=0)", True),
+        ("E [ F x=4 ]", True),
+        ("multi(Pmax>=0.5 [ F x=2 ], Pmax>=0.1 [ F x=1 ])", True),
+    ],
+)
+@pytest.mark.parametrize("engine", ["auto", "symbolic", "explicit"])
+def test_conditions_hold_or_not_in_every_form(walk: meliora.Model, text: str, holds: bool, engine: str) -> None:
+    found = walk.ask(text, engine=engine)  # type: ignore[arg-type]
+    assert found["property"] == text
+    assert found["holds"] is holds, found
+
+
+def test_numbers_have_bounds(walk: meliora.Model) -> None:
+    # With 1/4 to x=1, else half of the time back: p = 1/4 + 3/4 · 1/2 · p.
+    value = walk.ask("Pmax=? [ F x=1 ]")["value"]
+    assert value and value["lower"] <= 0.4 <= value["upper"] <= value["lower"] + 1e-6
+    value = walk.ask('R{"steps"}max=? [ F x=1 ]')["value"]
+    assert value and value["lower"] == math.inf
+    value = walk.ask("1 - Pmax=? [ F x=1 ]", precision=0.1)["value"]
+    assert value and value["lower"] <= 0.6 <= value["upper"]
+
+
+def test_a_list_answers_all_and_gives_reasons(walk: meliora.Model) -> None:
+    found = walk.ask(["Pmax>=1 [ F x=2 ]", "Pmax=? [ F x=1 ]", "filter(printall, x=2, true)"])
+    assert [one["holds"] for one in found] == [True, None, None] or found[2]["holds"] is False
+    assert found[1]["value"]
+    listed = found[2]["values"]
+    assert [one["state"]["x"] for one in listed if one["holds"]] == [2]
+
+
+def test_requirements_bind_every_form(walk: meliora.Model) -> None:
+    for text in ("Pmax>0 [ F x=1 ]", "!!(Pmax>0 [ F x=1 ])"):
+        assert walk.ask(text)["holds"] is True
+        assert walk.ask(text, require=["G x<3"])["holds"] is False
+
+
+def test_a_front_has_points(walk: meliora.Model) -> None:
+    front = walk.ask("multi(Pmax=? [ F x=1 ], Pmax=? [ F x=2 ])")["front"]
+    assert [0.0, 1.0] in front
+
+
+def test_the_goal_of_a_planning_problem_needs_no_text(tmp_path: Path) -> None:
+    domain, problem = tmp_path / "domain.pddl", tmp_path / "problem.pddl"
+    domain.write_text(DOMAIN)
+    problem.write_text(PROBLEM)
+    for model in (meliora.Model.from_pddl(domain, problem), meliora.Model.from_pddl(problem, domain)):
+        found = model.ask()
+        assert found["holds"] is True
+    with pytest.raises(errors.UsageError, match="not in PDDL"):
+        other = tmp_path / "m.prism"
+        other.write_text(WALK)
+        meliora.Model.from_pddl(domain, other)
+
+
+def test_wrong_texts_are_refused_with_their_places(walk: meliora.Model) -> None:
+    with pytest.raises(errors.InputError) as wrong:
+        walk.ask("Pmax=? [ F y=1 ]")
+    assert (wrong.value.line, wrong.value.column) == (1, 12)
+    with pytest.raises(errors.InputError, match="a requirement is a formula over paths"):
+        walk.ask("Pmax=? [ F x=1 ]", require=["x<3"])
+    with pytest.raises(errors.UsageError, match="a property is missing"):
+        walk.ask()
+    with pytest.raises(errors.UsageError, match="precision"):
+        walk.ask("Pmax=? [ F x=1 ]", precision=0)
+
+
+def test_a_limit_leaves_the_answers_so_far() -> None:
+    text = "mdp\nmodule m\n" + "".join(f"  x{i} : [0..9] init 0;\n" for i in range(12))
+    text += "".join(f"  [] x{i}<9 -> 1/2: (x{i}'=x{i}+1) + 1/2: true;\n" for i in range(12)) + "endmodule\n"
+    model = meliora.Model.from_string(text)
+    with pytest.raises(errors.OutOfTime) as ended:
+        model.ask(["Pmax>=1 [ F x0=9 ]", "Pmin=? [ F x0=9 & x1=0 & x2=3 ]"], timeout=1)
+    assert ended.value.known is not None
+    assert [one["holds"] for one in ended.value.known["properties"]] == [True, None]
