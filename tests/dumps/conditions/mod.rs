@@ -15,8 +15,8 @@ use meliora::dump::Dump;
 use meliora::engine::Scope;
 use meliora::planning::Safety;
 
-use crate::others::case;
-use crate::verify::Case;
+use crate::dumps::others::case;
+use crate::dumps::verify::Case;
 use draft::Draft;
 
 pub(super) const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];

@@ -13,8 +13,8 @@ use meliora::planning::Safety;
 
 use super::draft::Draft;
 use super::{Fault, HISTORIES, SCOPES, accepted, cases, levels, refuse, refused, safe};
-use crate::others::read;
-use crate::verify::Case;
+use crate::dumps::others::read;
+use crate::dumps::verify::Case;
 
 fn all_cases(model: &str, preferences: &str) -> Vec<(String, Case)> {
     cases(model, preferences, &HISTORIES, Safety::ALL)
