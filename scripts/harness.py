@@ -15,12 +15,11 @@ import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Callable, NoReturn, Sequence, TypeVar
+from typing import IO, Any, NoReturn, Sequence
 
 ROOT = Path(__file__).resolve().parent.parent
 OBJECTIVE = re.compile(r"^\s*objective\s+\w+\s*=\s*F\s*(.+?)\s*;", re.MULTILINE | re.DOTALL)
 OUT_OF_RESOURCES = 4
-T = TypeVar("T")
 
 
 def stop(message: str) -> NoReturn:
@@ -65,12 +64,6 @@ def run(command: Sequence[str], timeout: float) -> Finished:
         scale = 1 if sys.platform == "darwin" else 1024
         peak_bytes, cpu = usage.ru_maxrss * scale, usage.ru_utime + usage.ru_stime
         return Finished(child.returncode, _read(out), _read(err), seconds, cpu, peak_bytes, expired.is_set())
-
-
-def alternately(runs: int, tasks: Sequence[Callable[[], T]]) -> list[list[T]]:
-    """Runs tasks one after the other, several times; returns the results of each task."""
-    rounds = [[task() for task in tasks] for _ in range(runs)]
-    return [list(results) for results in zip(*rounds)]
 
 
 def _end(group: int, expired: threading.Event) -> None:

@@ -274,7 +274,8 @@ class Draw:
             first, second = (
                 self.temporal(self.rng.choice(["co-safe", "safe", "recurrence", "persistence"])) for _ in "ab"
             )
-            return self.rng.choice([f"({first}) & ({second})", f"({first}) | ({second})", f"!({first}) & ({second})"])
+            forms = "({}) & ({})", "({}) | ({})", "!({}) & ({})", "({}) => ({})"
+            return self.rng.choice(forms).format(first, second)
         return self.rng.choice(
             {
                 "co-safe": [f"({a}) U ({b})", f"F (({a}) & (F ({b})))", f"X ({a})", f"F (({a}) & (X ({b})))"],

@@ -3,7 +3,7 @@
 
 use serde_json::json;
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 /// Both ends of a corridor can be reached in one path, one after the other.
 const HALL: [(&str, &str); 2] = [

@@ -1,6 +1,6 @@
 //! Answers of single questions that were refused, or said two things.
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 const TWO: &str = "mdp
 module m
@@ -19,7 +19,7 @@ fn rewards_until_a_conjunction_are_those_until_its_last_part() {
     let model = scratch.show("m.prism");
     let value = |property: &str| {
         let arguments = ["reach", &model, "--property", property, "--json"];
-        let report = crate::common::Finished::of(crate::common::meliora().args(arguments));
+        let report = crate::cli::common::Finished::of(crate::cli::common::meliora().args(arguments));
         report.expect(0).json()["properties"][0]["value"].clone()
     };
     for optimum in ["min", "max"] {
@@ -43,7 +43,8 @@ module m
 endmodule";
     let scratch = Scratch::new(&[("m.prism", text)]);
     let arguments = ["reach", &scratch.show("m.prism"), "--property", "filter(print, S=? [ s=4 ])", "--json"];
-    let report = crate::common::Finished::of(crate::common::meliora().args(arguments)).expect(0).json();
+    let report =
+        crate::cli::common::Finished::of(crate::cli::common::meliora().args(arguments)).expect(0).json();
     assert_eq!(report.to_string().matches("\"state\"").count(), 0, "{report}");
 }
 

@@ -1,6 +1,6 @@
 //! `--at`: one state, all states with some values, and states that are not in the scope.
 
-use crate::common::{Finished, run};
+use crate::cli::common::{Finished, run};
 
 const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref";
 

@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::Path;
 
-use crate::browser::{browse, browser, with_script};
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::browser::{browse, browser, with_script};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// A robot on a grid, whose places are objectives.
 fn robot(rows: usize, columns: usize, names: [&str; 2], objectives: usize) -> [String; 2] {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::common::{Finished, Scratch, keys, meliora, run};
+use crate::cli::common::{Finished, Scratch, keys, meliora, run};
 
 /// Simulates under both engines and returns what both found.
 fn simulated(arguments: &str) -> Value {

@@ -3,7 +3,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// A shift register of 31 flags that takes 2^31 - 1 steps to return to its first state, and can be left at any time.
 pub(crate) fn register() -> String {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 const NEGATIVE: &str = "mdp
 module m

@@ -5,8 +5,8 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::common::{Finished, LONG, LONG_PREFS, Scratch, keys, meliora, run};
-use crate::machines::{PREFERENCES, factory};
+use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, keys, meliora, run};
+use crate::common::factory::{PREFERENCES, factory};
 
 fn export(scratch: &Scratch, model: &str, options: &str) -> String {
     let out = scratch.show("dump");

@@ -3,7 +3,7 @@
 
 use serde_json::Value as Json;
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// The answer to a question about a model, the same under both engines.
 #[track_caller]

@@ -4,8 +4,8 @@ use std::io::Read;
 
 use serde_json::Value as Json;
 
-use crate::common::{Finished, Scratch, meliora};
-use crate::models::MODELS;
+use crate::cli::common::{Finished, Scratch, meliora};
+use crate::cli::models::MODELS;
 
 fn json(arguments: &[&str], constants: &str) -> Json {
     let mut command = meliora();

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde_json::Value as Json;
 
-use crate::common::{Finished, Scratch, meliora};
-use crate::graphs::reached;
+use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::graphs::reached;
 
 /// A model as the files have it.
 #[derive(Debug, Default, PartialEq)]

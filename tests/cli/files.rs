@@ -7,7 +7,7 @@ use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::common::{Finished, Scratch, run};
+use crate::cli::common::{Finished, Scratch, run};
 
 const TOY: &str = "models/toy.prism models/toy.pref";
 

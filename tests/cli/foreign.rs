@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// Runs `info` for the first of some files.
 fn info(files: &[(&str, &str)]) -> Finished {

@@ -2,8 +2,8 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
-use crate::direction::{lamps_and, power, register};
+use crate::cli::common::{Finished, Scratch, meliora};
+use crate::cli::direction::{lamps_and, power, register};
 
 const GOAL: &str = "Pmax>=1 [ F \"goal\" ]";
 

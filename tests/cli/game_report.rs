@@ -4,8 +4,8 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use crate::common::{Finished, Scratch, meliora, run};
-use crate::report::data;
+use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::cli::report::data;
 
 const PURSUIT: &str = "report models/pursuit.prism models/pursuit.pref -c N=4";
 

@@ -5,7 +5,7 @@ use meliora::error::render;
 use meliora::error::{Error, SourceFile};
 use meliora::generate::{Choices, Generated, Parameters, from_map, gridworld};
 
-use crate::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, meliora, run};
 
 fn map(text: &str) -> Result<Generated, Error> {
     from_map(&SourceFile::new("world.map", text), &Choices::default())

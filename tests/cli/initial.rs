@@ -1,6 +1,6 @@
 //! Models whose initial states are given by a condition that is not a conjunction.
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 /// A square with two initial states and five reachable ones.
 const SQUARE: &str = "mdp const int N=100000; module m x:[0..N]; y:[0..N]; [left] x>0 -> (x'=x-1); endmodule \

@@ -3,7 +3,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 fn model() -> String {
     let x = json!({"name": "a b", "type": {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": 3}, "initial-value": 0});

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 fn unary(op: &str, exp: &Json) -> Json {
     json!({"op": op, "exp": exp})

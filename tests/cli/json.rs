@@ -1,8 +1,8 @@
-//! The JSON of some commands. [`crate::json_page`] checks names, order and types of all fields.
+//! The JSON of some commands. [`crate::cli::json_page`] checks names, order and types of all fields.
 
 use serde_json::{Value, json};
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
 

@@ -6,8 +6,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use jsonschema::{Registry, Validator};
 use serde_json::{Map, Value, json};
 
-use crate::common::{Scratch, run};
-use crate::direction::{lamps_and, power, register};
+use crate::cli::common::{Scratch, run};
+use crate::cli::direction::{lamps_and, power, register};
 
 /// The schema of the parts that several reports have.
 const COMMON: &str = "common";
@@ -294,7 +294,7 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
         ("many.pref", &many),
     ];
     let again = [("again.prism", AGAIN), ("again.pref", "objective B = F x=3; empty = gain;")];
-    let scratch = Scratch::new(&[&own[..], &again, &crate::strategies::CROSS].concat());
+    let scratch = Scratch::new(&[&own[..], &again, &crate::cli::strategies::CROSS].concat());
     let schemas = schemas();
     let (validators, fields) = (validators(&schemas), described(&schemas));
     let mut seen = Seen { fields: &fields, found: BTreeSet::new() };

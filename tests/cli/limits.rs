@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
-use crate::amount::share;
-use crate::common::{LONG, LONG_PREFS, Scratch, run};
+use crate::cli::common::{LONG, LONG_PREFS, Scratch, run};
+use crate::common::amount::share;
 
 /// A model that takes minutes in every phase, with its preferences, and a place for a dump.
 fn hard() -> Scratch {

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 use serde_json::{Value as Json, json};
 
 /// A model with its preferences.

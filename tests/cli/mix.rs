@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 use serde_json::{Value as Json, json};
 
 /// From 0, `a` leads to 1 or 2 and `b` to 3 or 4; 2 leads back at a cost; 5 and 6 form a cycle.

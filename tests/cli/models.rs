@@ -1,6 +1,6 @@
 //! The models in `models/`: both engines report the same results for each.
 
-use crate::common::run;
+use crate::cli::common::run;
 
 /// The models with constants for which every command takes little time.
 pub(crate) const MODELS: [(&str, &str); 18] = [

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use serde_json::Value as Json;
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// Actions as the model has them, and as words of a `.drn`.
 const ACTIONS: [(&str, &str); 9] = [

@@ -1,6 +1,6 @@
 //! Properties as expressions over states: nested operators, arithmetic, filters, references and players.
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 use serde_json::{Value as Json, json};
 
 const CHAIN: &str = "dtmc\nmodule m\n x : [0..3] init 0;\n [] x=0 -> 1/2: (x'=1) + 1/2: (x'=2);\n\

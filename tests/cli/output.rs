@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::process::{Command, Stdio};
 
-use crate::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, meliora, run};
 
 const TOY: [&str; 3] = ["check", "models/toy.prism", "models/toy.pref"];
 

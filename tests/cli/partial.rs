@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 const REGIONS: [&str; 4] = ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
 

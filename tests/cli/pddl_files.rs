@@ -1,6 +1,6 @@
 //! Planning problems: preferences of PDDL 3, names, and files with mistakes.
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 const ENDS: &str = "(define (domain d) (:requirements :strips :preferences :negative-preconditions)
   (:predicates (s) (g) (p) (q))

@@ -1,6 +1,6 @@
 //! The phases of a run and their times.
 
-use crate::common::run;
+use crate::cli::common::run;
 
 /// The phases that `-v` names, with their seconds.
 fn phases(stderr: &str) -> Vec<(&str, f64)> {

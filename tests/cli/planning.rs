@@ -2,7 +2,7 @@
 
 use serde_json::json;
 
-use crate::common::{Scratch, meliora, run};
+use crate::cli::common::{Scratch, meliora, run};
 
 const HOUSE: &str = "models/household.pddl models/household-flat.pddl";
 const RIVER: &str = "models/responders.pddl";
@@ -38,7 +38,11 @@ fn two_files_in_any_order_one_file_and_standard_input_are_one_model() {
     {
         let mut command = meliora();
         command.args(arguments.split(' ')).write_stdin(input);
-        assert_eq!(crate::common::Finished::of(&mut command).expect(0).json()["counts"], two, "{arguments}");
+        assert_eq!(
+            crate::cli::common::Finished::of(&mut command).expect(0).json()["counts"],
+            two,
+            "{arguments}"
+        );
     }
     let lone = run(&format!("info {domain}")).expect(3).stderr;
     assert!(lone.contains("the problem is missing"), "{lone}");
@@ -57,7 +61,7 @@ fn atoms_are_written_as_calls_also_with_hyphens_and_as_labels() {
     let states = |target: &str| {
         let mut command = meliora();
         command.arg("reach").args(model.split(' ')).args(["--json", "--target", target]);
-        crate::common::Finished::of(&mut command).expect(0).json()["target"].clone()
+        crate::cli::common::Finished::of(&mut command).expect(0).json()["target"].clone()
     };
     assert_eq!(states("robot-at(l-2)"), states("Robot-At( L-2 )"));
     assert_eq!(states("robot-at(l-2) & hand-free"), states("!(!robot-at(l-2) | !hand-free)"));
@@ -67,7 +71,7 @@ fn atoms_are_written_as_calls_also_with_hyphens_and_as_labels() {
     assert_eq!(states("way(l-1,l-1)"), "0");
     let mut command = meliora();
     command.arg("reach").args(model.split(' ')).args(["--target", "robot-at(l-3)"]);
-    crate::common::Finished::of(&mut command).expect(3);
+    crate::cli::common::Finished::of(&mut command).expect(3);
 }
 
 #[test]
@@ -160,7 +164,7 @@ fn dumps_of_planning_problems_are_verified_and_queried() {
     run(&format!("verify {dump} {HOUSE} models/household.pref")).expect(0);
     let mut query = meliora();
     query.args(["query", &dump, "almost-sure:fed", "--contains", "at=kitchen,closed|has|fed=has(tin)"]);
-    crate::common::Finished::of(&mut query).expect(0);
+    crate::cli::common::Finished::of(&mut query).expect(0);
 }
 
 #[test]
@@ -283,7 +287,7 @@ fn states_are_named_by_atoms_with_and_without_the_model() {
             "--at",
             text,
         ]);
-        crate::common::Finished::of(&mut command).expect(0).json()["states"].clone()
+        crate::cli::common::Finished::of(&mut command).expect(0).json()["states"].clone()
     };
     assert_eq!(at("at(kitchen)"), at("at=kitchen"));
     assert_eq!(
@@ -296,13 +300,13 @@ fn states_are_named_by_atoms_with_and_without_the_model() {
     let count = |condition: &str| {
         let mut command = meliora();
         command.args(["query", &dump, "reachable", "--json", "--where", condition]);
-        crate::common::Finished::of(&mut command).expect(0).json()["count"].clone()
+        crate::cli::common::Finished::of(&mut command).expect(0).json()["count"].clone()
     };
     assert_eq!(count("at(kitchen) & !clean(hall)"), count("at=1 & !clean(hall)"));
     assert_ne!(count("at(kitchen)"), count("true"));
     let mut contains = meliora();
     contains.args(["query", &dump, "almost-sure:fed", "--contains", "at(kitchen),has(tin)"]);
-    crate::common::Finished::of(&mut contains).expect(0);
+    crate::cli::common::Finished::of(&mut contains).expect(0);
 }
 
 #[test]
@@ -320,5 +324,5 @@ fn no_plan_is_proved_by_the_dump_of_the_losing_region() {
     );
     let mut query = meliora();
     query.args(["query", &dump, "initial & !almost-sure:goal", "--json"]);
-    assert_eq!(crate::common::Finished::of(&mut query).expect(0).json()["count"], "1");
+    assert_eq!(crate::cli::common::Finished::of(&mut query).expect(0).json()["count"], "1");
 }

@@ -1,6 +1,6 @@
 //! Files of policies: the first rule that holds counts, names are exact, and written files are read back.
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 use serde_json::{Value as Json, json};
 
 /// Checks a policy; returns what `verify` says.

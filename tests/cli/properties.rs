@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [a] x<3 -> 0.5: (x'=x+1) + 0.5: true;\n [b] x<2 -> true;\nendmodule\n";
 const PROPERTIES: &str = "// what is asked of it\nconst int last = 3;\nlabel \"end\" = x=last;\n\

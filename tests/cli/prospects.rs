@@ -3,7 +3,7 @@
 
 use serde_json::{Value, json};
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 /// From 0, B is possible and A is sure; from 1, which is initial too, nothing is sure.
 const SPLIT: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [a] x=0 -> 0.5: (x'=2) + 0.5: (x'=3);\n\

@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, meliora, run};
 
 /// Tries `a` until it succeeds, or gives up by `b`. In 3 nothing happens any more.
 const MODEL: &str = "mdp

@@ -10,7 +10,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// The two files named README, and the pages of `docs/`.
 fn pages() -> Vec<PathBuf> {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 fn count(dump: &str, region: &str) -> Value {
     run(&format!("query {dump} {region} --json")).expect(0).json()["count"].clone()

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use crate::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
 
 const ROBOT: &str = "report models/robot5x5.prism models/robot5x5.pref";
 

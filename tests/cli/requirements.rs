@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, meliora, run};
 
 /// `quick` reaches the goal surely, but may step onto ice first; `safe` succeeds half of the time.
 const MODEL: &str = "mdp\nmodule m\n x : [0..6] init START;\n\

@@ -3,8 +3,8 @@
 
 use serde_json::{Map, Value};
 
-use crate::common::{Finished, Scratch, meliora};
-use crate::models::{MODELS, given};
+use crate::cli::common::{Finished, Scratch, meliora};
+use crate::cli::models::{MODELS, given};
 
 /// The settings that every model is asked under; FILE is an order that nobody would choose.
 const SETTINGS: &[&str] = &[

@@ -1,6 +1,6 @@
 //! Exit statuses: the contract that scripts rely on.
 
-use crate::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
 
 #[test]
 fn work_that_is_done_ends_with_0() {

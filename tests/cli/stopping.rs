@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// Each step before 3 may go wrong and lead to 5. From both, a long way leads to 20.
 const MODEL: &str = "mdp\nmodule m\n x : [0..20] init START;\n\

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
 

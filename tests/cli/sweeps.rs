@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 const MODEL: &str = "mdp\nconst int N;\nconst int K;\nmodule m\n x : [0..N] init 0;\n\
     [a] x<N -> 0.5: (x'=x+1) + 0.5: (x'=max(x-K,0));\n [b] x>0 -> (x'=0);\nendmodule\n";

@@ -6,7 +6,7 @@ use std::process::Stdio;
 
 use serde_json::Value;
 
-use crate::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, meliora, run};
 
 type Row = BTreeMap<String, String>;
 
@@ -170,7 +170,8 @@ fn simulate_writes_its_runs_step_by_step() {
 
 #[test]
 fn a_table_that_ends_early_is_not_written() {
-    let scratch = Scratch::new(&[("m.prism", crate::common::LONG), ("m.pref", crate::common::LONG_PREFS)]);
+    let scratch =
+        Scratch::new(&[("m.prism", crate::cli::common::LONG), ("m.pref", crate::cli::common::LONG_PREFS)]);
     let out = scratch.path("runs.csv");
     std::fs::write(&out, "old").unwrap();
     let model = format!("{} {} -c N=40", scratch.show("m.prism"), scratch.show("m.pref"));

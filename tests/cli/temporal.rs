@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::{Value as Json, json};
 
-use crate::common::{Finished, Scratch, meliora};
+use crate::cli::common::{Finished, Scratch, meliora};
 
 /// Two places of which one is left for good, and a coin.
 const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [go] x=0 -> 0.5: (x'=1) + 0.5: (x'=2);\n\

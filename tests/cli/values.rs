@@ -2,8 +2,8 @@
 
 use serde_json::Value;
 
-use crate::common::{Scratch, run};
-use crate::models::{MODELS, given};
+use crate::cli::common::{Scratch, run};
+use crate::cli::models::{MODELS, given};
 
 /// The numbers of states with P_k > 0 and with P_k = 1, for k = 1, 2, …
 fn counts(report: &Value) -> [Vec<usize>; 2] {

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 /// Returns what `strategy` says of states, the same under both engines.
 fn asked(model: &str, wishes: &str, options: &str) -> Value {

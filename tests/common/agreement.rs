@@ -8,7 +8,7 @@ use meliora::model::{ModelKind, Program};
 use super::brute::{Brute, Set};
 
 /// Compares an engine with the reference, on sets drawn from `predicates`.
-pub fn check<E: Engine>(engine: &E, program: &Program, brute: &Brute, predicates: &[ExprId]) {
+pub(crate) fn check<E: Engine>(engine: &E, program: &Program, brute: &Brute, predicates: &[ExprId]) {
     let both = Both { engine, brute };
     both.states("all", &engine.all_states(), &brute.all_states());
     both.states("none", &engine.no_states(), &Set::new());

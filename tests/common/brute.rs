@@ -4,37 +4,30 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use meliora::engine::{EdgeLabels, Scope};
 use meliora::model::expr::ExprId;
-use meliora::model::step::{Choice, StepError};
-use meliora::model::value::{EvalError, Value};
+use meliora::model::step::Choice;
+use meliora::model::value::Value;
 use meliora::model::{Program, State};
 
 /// A set of states or of choices, by number.
-pub type Set = BTreeSet<usize>;
+pub(crate) type Set = BTreeSet<usize>;
 
 /// A choice of a state.
-pub struct Pair {
-    pub state: usize,
-    pub choice: Choice,
-    pub successors: Set,
+pub(crate) struct Pair {
+    pub(crate) state: usize,
+    pub(crate) choice: Choice,
+    pub(crate) successors: Set,
 }
 
 /// All states of a scope in the order of their values, with all their choices.
-pub struct Brute {
-    pub states: Vec<State>,
-    pub pairs: Vec<Pair>,
-    pub initial: Set,
-    pub deadlocks: Set,
-}
-
-/// A state in which something has no meaning.
-#[derive(Debug)]
-pub enum Fault {
-    Step(State, StepError),
-    Initial(State, EvalError),
+pub(crate) struct Brute {
+    pub(crate) states: Vec<State>,
+    pub(crate) pairs: Vec<Pair>,
+    pub(crate) initial: Set,
+    pub(crate) deadlocks: Set,
 }
 
 /// All valuations, the first variable slowest.
-pub fn valuations(program: &Program) -> Vec<State> {
+pub(crate) fn valuations(program: &Program) -> Vec<State> {
     let mut states = vec![vec![]];
     for v in &program.variables {
         let longer = |s: &State| (v.low..=v.high).map(|x| [s.clone(), vec![x]].concat()).collect::<Vec<_>>();
@@ -44,8 +37,8 @@ pub fn valuations(program: &Program) -> Vec<State> {
 }
 
 impl Brute {
-    /// Explores a scope by [`Program::steps`].
-    pub fn new(program: &Program, scope: Scope) -> Result<Self, Fault> {
+    /// Explores a scope by [`Program::steps`]. The error names a state in which something has no meaning.
+    pub(crate) fn new(program: &Program, scope: Scope) -> Result<Self, String> {
         let everywhere = valuations(program);
         let starts = |s: &&State| program.pool.eval(program.initial, s) == Ok(Value::Bool(true));
         let initial: BTreeSet<State> = everywhere.iter().filter(starts).cloned().collect();
@@ -56,8 +49,8 @@ impl Brute {
         let mut seen: BTreeSet<State> = work.iter().cloned().collect();
         let mut steps = BTreeMap::new();
         while let Some(state) = work.pop() {
-            program.pool.eval(program.initial, &state).map_err(|e| Fault::Initial(state.clone(), e))?;
-            let found = program.steps(&state).map_err(|e| Fault::Step(state.clone(), e))?;
+            program.pool.eval(program.initial, &state).map_err(|e| format!("{state:?}: {e:?}"))?;
+            let found = program.steps(&state).map_err(|e| format!("{state:?}: {e:?}"))?;
             for (successor, _) in found.iter().flat_map(|s| &s.successors) {
                 if seen.insert(successor.clone()) {
                     work.push(successor.clone());
@@ -79,7 +72,7 @@ impl Brute {
     }
 
     /// A model that lists the successors of each state and choice, without initial states.
-    pub fn of_graph(choices: &[Vec<Vec<usize>>]) -> Self {
+    pub(crate) fn of_graph(choices: &[Vec<Vec<usize>>]) -> Self {
         let pairs_of = |(state, list): (usize, &Vec<Vec<usize>>)| {
             let pair = |successors: &Vec<usize>| Pair {
                 state,
@@ -96,15 +89,15 @@ impl Brute {
         }
     }
 
-    pub fn all_states(&self) -> Set {
+    pub(crate) fn all_states(&self) -> Set {
         (0..self.states.len()).collect()
     }
 
-    pub fn all_choices(&self) -> Set {
+    pub(crate) fn all_choices(&self) -> Set {
         (0..self.pairs.len()).collect()
     }
 
-    pub fn states_where(&self, program: &Program, e: ExprId) -> Set {
+    pub(crate) fn states_where(&self, program: &Program, e: ExprId) -> Set {
         let holds = |&s: &usize| program.pool.eval(e, &self.states[s]) == Ok(Value::Bool(true));
         self.all_states().into_iter().filter(holds).collect()
     }
@@ -113,27 +106,27 @@ impl Brute {
         c.iter().copied().filter(|&p| holds(&self.pairs[p])).collect()
     }
 
-    pub fn choices_in(&self, c: &Set, x: &Set) -> Set {
+    pub(crate) fn choices_in(&self, c: &Set, x: &Set) -> Set {
         self.pairs_where(c, |p| x.contains(&p.state))
     }
 
-    pub fn sources(&self, c: &Set) -> Set {
+    pub(crate) fn sources(&self, c: &Set) -> Set {
         c.iter().map(|&p| self.pairs[p].state).collect()
     }
 
-    pub fn pre(&self, c: &Set, x: &Set) -> Set {
+    pub(crate) fn pre(&self, c: &Set, x: &Set) -> Set {
         self.pairs_where(c, |p| !p.successors.is_disjoint(x))
     }
 
-    pub fn pre_within(&self, c: &Set, y: &Set) -> Set {
+    pub(crate) fn pre_within(&self, c: &Set, y: &Set) -> Set {
         self.pairs_where(c, |p| p.successors.is_subset(y))
     }
 
-    pub fn post(&self, c: &Set) -> Set {
+    pub(crate) fn post(&self, c: &Set) -> Set {
         c.iter().flat_map(|&p| self.pairs[p].successors.iter().copied()).collect()
     }
 
-    pub fn count_transitions(&self, c: &Set, x: &Set) -> usize {
+    pub(crate) fn count_transitions(&self, c: &Set, x: &Set) -> usize {
         c.iter().map(|&p| self.pairs[p].successors.intersection(x).count()).sum()
     }
 
@@ -149,7 +142,7 @@ impl Brute {
     }
 
     /// μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }
-    pub fn can_reach(&self, target: &Set, within: &Set, dropped: &[(Set, Set)]) -> Set {
+    pub(crate) fn can_reach(&self, target: &Set, within: &Set, dropped: &[(Set, Set)]) -> Set {
         let enters = |p: &Pair, x: &Set| {
             let is_dropped =
                 |to: &usize| dropped.iter().any(|(from, into)| from.contains(&p.state) && into.contains(to));
@@ -159,7 +152,7 @@ impl Brute {
     }
 
     /// νZ. X ∩ { s : some (s,a) ∈ C has all successors in Z }, with those pairs.
-    pub fn stay_within(&self, x: &Set, within: &Set) -> (Set, Set) {
+    pub(crate) fn stay_within(&self, x: &Set, within: &Set) -> (Set, Set) {
         let good = |z: &Set| self.choices_in(&self.pre_within(within, z), z);
         let states = Self::fixpoint(x.clone(), |z| &self.sources(&good(z)) & x);
         let choices = good(&states);
@@ -175,7 +168,7 @@ impl Brute {
 
     /// νY. μX. { s : some (s,a) ∈ C has only goal edges and edges into Y, and a goal edge or an edge into X }
     /// without dropped edges, with the pairs of C that stay inside.
-    pub fn almost_surely_win(&self, within: &Set, labels: &[EdgeLabels<Set>]) -> (Set, Set) {
+    pub(crate) fn almost_surely_win(&self, within: &Set, labels: &[EdgeLabels<Set>]) -> (Set, Set) {
         let staying = |y: &Set| {
             let stays = |p: &Pair| self.kept(p, labels)[1].is_subset(y);
             self.choices_in(&self.pairs_where(within, stays), y)
@@ -194,7 +187,7 @@ impl Brute {
     }
 
     /// The least X ⊇ L that has every state of which each pair of C has a plain edge into X.
-    pub fn attractor(&self, lost: &Set, within: &Set, labels: &[EdgeLabels<Set>]) -> Set {
+    pub(crate) fn attractor(&self, lost: &Set, within: &Set, labels: &[EdgeLabels<Set>]) -> Set {
         let avoids = |p: &Pair, x: &Set| self.kept(p, labels)[1].is_disjoint(x);
         let stuck = |x: &Set| &self.all_states() - &self.sources(&self.pairs_where(within, |p| avoids(p, x)));
         Self::fixpoint(lost.clone(), |x| x | &stuck(x))
@@ -202,7 +195,7 @@ impl Brute {
 
     /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C
     /// outside T that stay inside.
-    pub fn almost_surely_reach(&self, target: &Set, within: &Set) -> (Set, Set) {
+    pub(crate) fn almost_surely_reach(&self, target: &Set, within: &Set) -> (Set, Set) {
         let step = |y: &Set, x: &Set| {
             let good = self.pre(&self.pre_within(within, y), x);
             &self.sources(&good) | target

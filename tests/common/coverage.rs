@@ -1,7 +1,5 @@
 //! Random tests that fail if the cases of interest are rare.
 
-#![allow(unreachable_pub, reason = "each test program uses it as a module of its own")]
-
 use std::cell::RefCell;
 use std::fmt::Debug;
 
@@ -14,7 +12,7 @@ const ROUNDS: usize = 50;
 /// Runs `test` on `config.cases` random cases, and in further rounds until its counts are `enough`.
 ///
 /// Fails if a case fails, or if all rounds are not enough.
-pub fn draw_until<S: Strategy, Seen: Debug + Default>(
+pub(crate) fn draw_until<S: Strategy, Seen: Debug + Default>(
     config: &Config,
     cases: &S,
     enough: impl Fn(&Seen) -> bool,

@@ -1,16 +1,14 @@
 //! Markov chains that strategies induce, as lists of successors.
 
-#![allow(dead_code, unreachable_pub, reason = "each user takes a part")]
-
 use std::collections::BTreeSet;
 
 use meliora::planning::InducedModel;
 use meliora::planning::induced_model::Node;
 
-pub type Set = BTreeSet<usize>;
+pub(crate) type Set = BTreeSet<usize>;
 
 /// For each node the nodes it may lead to, each with whether the step is an improvement.
-pub fn edges(unfolded: &InducedModel) -> Vec<Vec<(usize, bool)>> {
+pub(crate) fn edges(unfolded: &InducedModel) -> Vec<Vec<(usize, bool)>> {
     let of = |node: &Node| {
         let pairs = node.at.actions.iter().zip(&node.next);
         pairs
@@ -22,7 +20,7 @@ pub fn edges(unfolded: &InducedModel) -> Vec<Vec<(usize, bool)>> {
 }
 
 /// The chain of the nodes; one where a path ends leads to itself.
-pub fn chain(edges: &[Vec<(usize, bool)>]) -> Vec<Vec<usize>> {
+pub(crate) fn chain(edges: &[Vec<(usize, bool)>]) -> Vec<Vec<usize>> {
     let to = |(node, to): (usize, &Vec<(usize, bool)>)| match to.is_empty() {
         true => vec![node],
         false => to.iter().map(|(to, _)| *to).collect(),
@@ -31,7 +29,7 @@ pub fn chain(edges: &[Vec<(usize, bool)>]) -> Vec<Vec<usize>> {
 }
 
 /// The states reached from `s` in a chain, `s` among them; none beyond `absorbing`.
-pub fn reached(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Set {
+pub(crate) fn reached(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Set {
     let (mut seen, mut stack) = (Set::from([s]), vec![s]);
     while let Some(at) = stack.pop() {
         if !absorbing.contains(&at) {
@@ -42,7 +40,7 @@ pub fn reached(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Set {
 }
 
 /// The bottom components reached from `s`: each as its set of states.
-pub fn bottom_components(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Vec<Set> {
+pub(crate) fn bottom_components(chain: &[Vec<usize>], s: usize, absorbing: &Set) -> Vec<Set> {
     let mut bottoms = Vec::new();
     for t in reached(chain, s, absorbing) {
         let component = reached(chain, t, absorbing);

@@ -37,7 +37,7 @@ struct Builder<'a> {
 ///
 /// With `faulty` some updates leave their range, some probabilities do not sum to one and some
 /// expressions have no value; else everything is in order.
-pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
+pub(crate) fn random_program(numbers: &[u16], faulty: bool) -> Program {
     let source = Source { numbers: numbers.iter() };
     let mut b = Builder { source, pool: ExprPool::default(), variables: Vec::new(), faulty };
     let kind = if b.source.one_in(4) { ModelKind::Dtmc } else { ModelKind::Mdp };
@@ -80,7 +80,7 @@ pub fn random_program(numbers: &[u16], faulty: bool) -> Program {
 }
 
 /// A Boolean expression over the variables of a program, total.
-pub fn random_predicate(program: &mut Program, numbers: &[u16]) -> ExprId {
+pub(crate) fn random_predicate(program: &mut Program, numbers: &[u16]) -> ExprId {
     let mut b = Builder {
         source: Source { numbers: numbers.iter() },
         pool: std::mem::take(Arc::make_mut(&mut program.pool)),

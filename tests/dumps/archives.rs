@@ -10,7 +10,7 @@ use meliora::lang::{Checked, Document};
 use meliora::progress::ProgressSink;
 use tar::{Builder, EntryType, Header};
 
-use crate::exchange::{index, none, read, tar, words};
+use crate::dumps::exchange::{index, none, read, tar, words};
 
 /// The archive of two states, compressed by xz.
 const XZ: &[u8] = include_bytes!("two_states.umb");

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::entry;
+use crate::common::entry;
 
 /// Calls the entry point of a fuzz target. Targets for text skip other bytes.
 fn run(target: &str, bytes: &[u8]) {

@@ -20,8 +20,8 @@ use num_traits::ToPrimitive;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use crate::entry;
-use crate::random_program::{random_predicate, random_program};
+use crate::common::entry;
+use crate::common::random_program::{random_predicate, random_program};
 
 pub(crate) fn none() -> Given {
     Given { constants: SourceFile::new("c", ""), bounds: SourceFile::new("b", "") }
@@ -99,7 +99,7 @@ pub(crate) fn label(program: &Program, name: &str) -> Predicate {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(100))]
+    #![proptest_config(crate::common::amount::random(100))]
 
     #[test]
     fn a_random_model_is_the_same_after_writing_and_reading(numbers in vec(0u16..1000, 0..120)) {

@@ -9,7 +9,7 @@ use meliora::dump::{directory::sha256, read_directory};
 use meliora::engine::Settings;
 use meliora::progress::NoProgress;
 
-use crate::others::read;
+use crate::dumps::others::read;
 
 #[test]
 fn a_dump_with_layers_by_distance_is_accepted_and_refused_if_changed() {

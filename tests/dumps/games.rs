@@ -15,11 +15,11 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use crate::entry;
-use crate::exchange::{analysed, index, label, none, read, steps, tar, two_states, words};
-use crate::random_game::with_turns;
-use crate::random_program::{random_predicate, random_program};
-use crate::verify::Case;
+use crate::common::entry;
+use crate::common::random_game::with_turns;
+use crate::common::random_program::{random_predicate, random_program};
+use crate::dumps::exchange::{analysed, index, label, none, read, steps, tar, two_states, words};
+use crate::dumps::verify::Case;
 
 /// A random game with two targets.
 struct Written {
@@ -73,7 +73,7 @@ fn names(program: &Program) -> Vec<&str> {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(100))]
+    #![proptest_config(crate::common::amount::random(100))]
 
     #[test]
     fn a_random_game_is_the_same_after_writing_and_reading(
@@ -129,7 +129,7 @@ fn certified(text: &str, read: &Program, safety: Safety) {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(25))]
+    #![proptest_config(crate::common::amount::random(25))]
 
     #[test]
     fn dumps_of_games_that_were_written_and_read_are_accepted(
@@ -151,7 +151,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(300))]
+    #![proptest_config(crate::common::amount::random(300))]
 
     #[test]
     fn a_damaged_game_never_panics(

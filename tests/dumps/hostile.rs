@@ -6,7 +6,7 @@ use meliora::error::{Error, SourceFile};
 use meliora::lang;
 use proptest::prelude::*;
 
-use crate::entry;
+use crate::common::entry;
 
 /// Words that the languages are made of, and numbers at the edges.
 const WORDS: &[&str] = &[
@@ -175,7 +175,7 @@ nothing,3,1,1e-300,0.5,2,,,
 ";
 
 proptest! {
-    #![proptest_config(crate::amount::random(400))]
+    #![proptest_config(crate::common::amount::random(400))]
 
     #[test]
     fn keywords_in_any_order_never_panic(text in soup()) {
@@ -218,7 +218,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(100))]
+    #![proptest_config(crate::common::amount::random(100))]
 
     #[test]
     fn a_mutated_dump_never_panics(

@@ -19,8 +19,8 @@ use meliora::model::preference::Preferences;
 use meliora::planning::{Analysis, Options, Safety};
 use meliora::progress::ProgressSink;
 
-use crate::amount::takes;
-use crate::machines::{OVER_PATHS, PREFERENCES, factory};
+use crate::common::amount::takes;
+use crate::common::factory::{OVER_PATHS, PREFERENCES, factory};
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 

@@ -4,7 +4,7 @@ use meliora::error::Error;
 use meliora::lang::Document;
 use meliora::progress::NoProgress;
 
-use crate::exchange::{index, none, two_states};
+use crate::dumps::exchange::{index, none, two_states};
 
 /// The line and column of the error of some files, the first of which is the model, and its message.
 #[track_caller]

@@ -11,8 +11,8 @@ use meliora::model::preference::Preferences;
 use meliora::planning::Safety;
 use proptest::prelude::*;
 
-use crate::mutation::same_regions;
-use crate::verify::Case;
+use crate::dumps::mutation::same_regions;
+use crate::dumps::verify::Case;
 
 /// The files of a dump under the manifest of another one.
 fn under_the_manifest_of(truth: &Dump, other: &Dump) -> Dump {
@@ -184,7 +184,7 @@ fn preferences(targets: &[BTreeSet<usize>; 2], whole_plays: bool, empty: &str) -
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(400))]
+    #![proptest_config(crate::common::amount::random(400))]
 
     /// An accepted dump has the regions of the true model.
     #[test]

@@ -10,7 +10,7 @@ use meliora::output::Style;
 use meliora::progress::NoProgress;
 use proptest::prelude::*;
 
-use crate::exchange::{index, none, two_states, words};
+use crate::dumps::exchange::{index, none, two_states, words};
 
 /// Characters with a meaning in some target.
 const SPECIAL: &str = " \t\n\r\u{b}\u{1b}\u{7f}\u{85}\u{9b}\u{a0}\u{202e}\u{2028}\u{2066}\u{3000}\u{feff}\u{fdd0}\
@@ -46,7 +46,7 @@ fn undotted(string: &str) -> Option<String> {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(2000))]
+    #![proptest_config(crate::common::amount::random(2000))]
 
     #[test]
     fn words_are_read_back(name in name()) {

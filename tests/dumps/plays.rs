@@ -8,8 +8,8 @@ use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::Safety;
 
-use crate::conditions::SCOPES;
-use crate::verify::{Case, replace};
+use crate::dumps::conditions::SCOPES;
+use crate::dumps::verify::{Case, replace};
 
 fn case(model: &str, constants: &str, preferences: &str, scope: Scope, safety: Safety) -> Case {
     let path = format!("models/{model}.prism");

@@ -6,7 +6,7 @@ use meliora::error::SourceFile;
 use meliora::lang;
 use meliora::planning::Safety;
 
-use crate::verify::{Case, replace};
+use crate::dumps::verify::{Case, replace};
 
 const MODEL: &str = "mdp
     module m x : [0..7] init 0;

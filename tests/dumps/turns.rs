@@ -10,7 +10,7 @@ use meliora::lang;
 use meliora::planning::{Analysis, Options, Safety};
 use std::sync::Arc;
 
-use crate::machines::{PREFERENCES, factory};
+use crate::common::factory::{PREFERENCES, factory};
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 

@@ -23,7 +23,7 @@ use rand::rngs::ChaCha8Rng;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 
-use crate::amount::share;
+use crate::common::amount::share;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 const LEVELS: usize = 2;

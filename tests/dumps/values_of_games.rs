@@ -9,7 +9,7 @@ use meliora::planning::Safety;
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-use crate::values::{Case, between, cost, double, edited, row};
+use crate::dumps::values::{Case, between, cost, double, edited, row};
 
 /// The states 1 and 2, 3 and 5, 9 and 10 are cycles that the opponent or we may stay in forever; 9 and 10 cost nothing.
 /// At 7, the opponent decides how long it takes.

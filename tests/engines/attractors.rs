@@ -14,7 +14,7 @@ use proptest::prelude::*;
 use crate::common::agreement;
 use crate::common::brute::Brute;
 use crate::common::random_program::{random_predicate, random_program};
-use crate::explicit::numbers;
+use crate::engines::explicit::numbers;
 
 /// Each way to remove an attractor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,7 +75,7 @@ fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(200))]
+    #![proptest_config(crate::common::amount::random(200))]
 
     #[test]
     fn every_way_to_remove_an_attractor_finds_the_same(

@@ -15,8 +15,8 @@ use meliora::model::{Program, State};
 use proptest::prelude::*;
 
 use crate::common::random_program::{random_predicate, random_program};
-use crate::explicit::numbers;
-use crate::selection::program;
+use crate::engines::explicit::numbers;
+use crate::engines::selection::program;
 
 /// A shift register of 31 flags that takes 2^31 - 1 steps to return to its first state, and can be left at any time.
 fn register() -> String {
@@ -83,7 +83,7 @@ fn decided(
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(60))]
+    #![proptest_config(crate::common::amount::random(60))]
 
     #[test]
     fn whichever_way_ends_first_judges_the_initial_states_alike(of in numbers(160), goal in numbers(20)) {

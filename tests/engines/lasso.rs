@@ -240,7 +240,7 @@ fn at_start<E: Engine>(engine: &Arc<E>, program: &Program, preferences: &Arc<Pre
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(600))]
+    #![proptest_config(crate::common::amount::random(600))]
 
     #[test]
     fn formulas_hold_where_the_definition_says(f in formula(), path in lasso()) {

@@ -13,7 +13,7 @@ use meliora::model::{CommandId, Program};
 use proptest::prelude::*;
 
 use crate::common::random_program::{random_predicate, random_program};
-use crate::explicit::numbers;
+use crate::engines::explicit::numbers;
 
 const SCOPES: [Scope; 2] = [Scope::All, Scope::Reachable];
 
@@ -189,7 +189,7 @@ fn check_several<E: Engine>(engine: &E, predicates: &[Predicate]) {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(60))]
+    #![proptest_config(crate::common::amount::random(60))]
 
     #[test]
     fn several_sets_contain_what_each_of_them_contains(

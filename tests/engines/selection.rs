@@ -15,7 +15,7 @@ use meliora::progress::CancellationToken;
 use proptest::prelude::*;
 
 use crate::common::random_program::{random_predicate, random_program};
-use crate::explicit::numbers;
+use crate::engines::explicit::numbers;
 
 /// Settings in which the explicit engine explores for some work alone, and the first turn has as many steps.
 fn settings(scope: Scope, stage: u64) -> Settings {
@@ -38,7 +38,7 @@ fn listed<E: Engine>(engine: &E, target: &Predicate) -> (Regions<Vec<State>>, St
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(40))]
+    #![proptest_config(crate::common::amount::random(40))]
 
     #[test]
     fn turns_of_any_size_leave_the_answers_the_same(

@@ -16,7 +16,7 @@ use proptest::prelude::*;
 
 use crate::common::brute::{Brute, Set};
 use crate::common::random_program::{random_predicate, random_program};
-use crate::lasso::watched;
+use crate::engines::lasso::watched;
 
 /// Subsets of more states are not enumerated.
 const MOST_STATES: usize = 11;
@@ -160,7 +160,7 @@ fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(400))]
+    #![proptest_config(crate::common::amount::random(400))]
 
     #[test]
     fn regions_are_those_of_all_end_components(

@@ -12,7 +12,7 @@ use proptest::prelude::*;
 use crate::common::agreement;
 use crate::common::brute::{Brute, Set};
 use crate::common::random_program::{random_predicate, random_program};
-use crate::explicit::numbers;
+use crate::engines::explicit::numbers;
 
 /// Returns whether the first variable of the order in which two states differ says that a step has the trend.
 fn has_trend(program: &Program, order: &[Digit], trend: Trend, s: &State, t: &State) -> bool {
@@ -56,7 +56,7 @@ fn listed(brute: &Brute, x: &Set) -> Vec<State> {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(150))]
+    #![proptest_config(crate::common::amount::random(150))]
 
     #[test]
     fn every_operation_is_that_of_the_reference_with_fewer_edges(

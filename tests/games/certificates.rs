@@ -113,7 +113,7 @@ fn truth(case: &Case, analysis: &Analysis<SymbolicEngine>, dump: &Dump) -> Vec<T
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(100))]
+    #![proptest_config(crate::common::amount::random(100))]
 
     #[test]
     fn certificates_of_values_are_right_and_none_is_that_is_moved(

@@ -325,7 +325,7 @@ fn check<E: Engine>(
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(300))]
+    #![proptest_config(crate::common::amount::random(300))]
 
     #[test]
     fn levels_are_those_of_the_definitions(case in some_case()) {

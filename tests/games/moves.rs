@@ -88,7 +88,7 @@ fn check(case: &Case) {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(300))]
+    #![proptest_config(crate::common::amount::random(300))]
 
     #[test]
     fn moves_lead_where_their_steps_do(case in some_case()) {

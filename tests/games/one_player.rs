@@ -10,13 +10,14 @@ use meliora::model::preference::{
     Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
 };
 use meliora::model::{ModelKind, Program, State};
+use meliora::planning::explain::Action;
 use meliora::planning::{
     Analysis, AnalysisResult, Explanation, FiniteMemoryStrategy, Options, Safety, StrategyKind,
 };
 use proptest::prelude::*;
 
-use super::random_program::{random_predicate, random_program};
 use super::{settings, thresholds};
+use crate::common::random_program::{random_predicate, random_program};
 
 /// Turns a program into a game of one player.
 pub(crate) fn as_game(program: &Program) -> Program {
@@ -87,14 +88,16 @@ fn explained(engine: AnyEngine, program: &Arc<Program>, safety: Safety) -> Vec<E
             let deadlock = at.actions.iter().all(|action| action.name == "deadlock");
             let is_game = program.players.is_some() && !deadlock;
             assert_eq!(at.owner, is_game.then_some(Owner { player: 0, ours: true }));
-            found.push(Explanation { owner: None, ..at });
+            // A game also names how a class can be lost, which an MDP does not.
+            let actions = at.actions.into_iter().map(|action| Action { threat: None, ..action });
+            found.push(Explanation { owner: None, actions: actions.collect(), ..at });
         }
     }
     found
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(100))]
+    #![proptest_config(crate::common::amount::random(100))]
 
     #[test]
     fn strategies_of_one_player_are_those_of_an_mdp(
@@ -117,7 +120,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(1000))]
+    #![proptest_config(crate::common::amount::random(1000))]
 
     #[test]
     fn one_player_is_an_mdp(

@@ -20,12 +20,12 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
-use super::amount::{share, takes};
 use super::one_player::as_game;
-use super::random_game::with_turns;
-use super::random_program::{random_predicate, random_program};
 use super::raw::{Enforced, Raw, Won, loaded, program};
 use super::{settings, thresholds};
+use crate::common::amount::{share, takes};
+use crate::common::random_game::with_turns;
+use crate::common::random_program::{random_predicate, random_program};
 
 pub(super) const REFUSED: &str = "a temporal formula of a game that combines recurrence and persistence";
 /// Products with more pairs of strategies are not enumerated.
@@ -302,7 +302,7 @@ fn all_games_of_two_states() {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(600))]
+    #![proptest_config(crate::common::amount::random(600))]
 
     #[test]
     fn regions_are_those_of_all_strategies((raw, labels) in game(4, 2), formula in formula()) {
@@ -322,7 +322,7 @@ pub(super) fn mdp(raw: &Raw) -> String {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(500))]
+    #![proptest_config(crate::common::amount::random(500))]
 
     #[test]
     fn an_opponent_without_moves_changes_nothing((raw, labels) in game(7, 2), formula in formula()) {

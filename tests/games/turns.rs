@@ -8,9 +8,9 @@ use meliora::model::predicate::Predicate;
 use meliora::model::{ModelKind, State};
 use proptest::prelude::*;
 
-use super::random_game::with_turns;
-use super::random_program::{random_predicate, random_program};
 use super::{settings, thresholds};
+use crate::common::random_game::with_turns;
+use crate::common::random_program::{random_predicate, random_program};
 
 fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
     let found = regions(engine, &engine.states_where(target).unwrap()).unwrap();
@@ -29,7 +29,7 @@ fn players<E: Engine>(engine: &E) -> Vec<Vec<State>> {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(300))]
+    #![proptest_config(crate::common::amount::random(300))]
 
     #[test]
     fn both_engines_agree_on_random_games(

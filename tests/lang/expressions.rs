@@ -239,7 +239,7 @@ fn answers(program: &Arc<Program>, e: ExprId, states: &[Vec<i64>]) -> [Result<Ve
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(400))]
+    #![proptest_config(crate::common::amount::random(400))]
 
     #[test]
     fn engines_agree_with_evaluation(tree in tree()) {
@@ -272,7 +272,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(2000))]
+    #![proptest_config(crate::common::amount::random(2000))]
 
     #[test]
     fn constants_fold_to_what_evaluation_says(tree in tree(), at in any::<prop::sample::Index>()) {

@@ -3,7 +3,7 @@
 use meliora::error::SourceFile;
 use meliora::lang::parse_preferences;
 
-use crate::errors::{model, rendered, snapshot, with_commands};
+use crate::lang::errors::{model, rendered, snapshot, with_commands};
 
 #[test]
 fn what_other_languages_write_is_told_with_what_to_write_here() {

@@ -354,7 +354,7 @@ fn shipped() -> Vec<String> {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(64))]
+    #![proptest_config(crate::common::amount::random(64))]
 
     #[test]
     fn an_expression_reads_back(e in expr()) {

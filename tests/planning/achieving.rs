@@ -15,10 +15,10 @@ use meliora::planning::{
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
-use crate::coverage::draw_until;
-use crate::graphs::{bottom_components, chain, edges};
-use crate::literal::Set;
-use crate::loaded::Loaded;
+use crate::common::coverage::draw_until;
+use crate::common::graphs::{bottom_components, chain, edges};
+use crate::planning::literal::Set;
+use crate::planning::loaded::Loaded;
 
 /// Writes a model in which paths start in every state.
 fn model(choices: &[Vec<Vec<usize>>]) -> String {

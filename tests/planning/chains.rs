@@ -27,7 +27,7 @@ fn model(kind: &str, successors: &[Vec<usize>]) -> String {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(100))]
+    #![proptest_config(crate::common::amount::random(100))]
 
     // As an mdp, the four regions are computed one by one; as a dtmc, two are, and copied.
     #[test]

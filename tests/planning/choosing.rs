@@ -1,5 +1,5 @@
 //! Strategies that choose by value, as Markov chains with exact fractions: unfolded with their memory, they have the
-//! values that were computed. Cases come from [`crate::quantities`].
+//! values that were computed. Cases come from [`crate::planning::quantities`].
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,9 +11,9 @@ use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Safety};
 use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, ValuedRule, Values};
 use num_traits::{One, Zero};
 
-use crate::loaded::Loaded;
-use crate::quantities::{chain, exact};
-use crate::worlds::World;
+use crate::planning::loaded::Loaded;
+use crate::planning::quantities::{chain, exact};
+use crate::planning::worlds::World;
 
 /// Returns the probability that a strategy makes its improvements from a state, and the expected
 /// number of steps until the last one; 0 steps count where they are not certain.

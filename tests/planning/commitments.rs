@@ -19,12 +19,12 @@ use meliora::planning::{
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
-use crate::Case;
-use crate::coverage::draw_until;
-use crate::generate::{case, order};
-use crate::graphs::{bottom_components, edges};
-use crate::literal::{Literal, Set, almost_sure};
-use crate::tiny::Mdp;
+use crate::common::coverage::draw_until;
+use crate::common::graphs::{bottom_components, edges};
+use crate::planning::Case;
+use crate::planning::generate::{case, order};
+use crate::planning::literal::{Literal, Set, almost_sure};
+use crate::planning::tiny::Mdp;
 
 /// Models in which a path chooses between two hubs, and each hub between four targets: with four
 /// objectives, going to one hub often loses objectives that are sure at the other.

@@ -16,11 +16,11 @@ use meliora::planning::strategy::{permitted_at_start, strategies};
 use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
 use proptest::prelude::*;
 
-use crate::engines::brute::{Brute, Pair};
-use crate::literal::{Literal, Set, almost_sure, positive};
-use crate::tiny::{Mdp, Tiny};
-use crate::worlds::{World, factored, graph};
-use crate::{Case, analyse};
+use crate::common::brute::{Brute, Pair};
+use crate::planning::literal::{Literal, Set, almost_sure, positive};
+use crate::planning::tiny::{Mdp, Tiny};
+use crate::planning::worlds::{World, factored, graph};
+use crate::planning::{Case, analyse};
 
 /// A world as a case of plain vectors: state and choice numbers are those of the reference.
 struct Reference {
@@ -101,16 +101,14 @@ impl<E: Engine> Check<'_, E> {
         assert_eq!(engine.count(x).unwrap(), expected.len().into(), "{what}");
     }
 
-    fn choices(&self, what: &str, c: &E::Choices, expected: &[Vec<bool>]) {
+    fn choices(&self, what: &str, c: &E::Choices, expected: &Set) {
         let engine = self.found.engine();
-        let expected: Vec<bool> = expected.iter().flatten().copied().collect();
-        for (pair, &expected) in self.reference.brute.pairs.iter().zip(&expected) {
+        for (number, pair) in self.reference.brute.pairs.iter().enumerate() {
             let state = &self.reference.brute.states[pair.state];
             let found = engine.contains_choice(c, state, &pair.choice).unwrap();
-            assert_eq!(found, expected, "{what}: {state:?} {:?}", pair.choice);
+            assert_eq!(found, expected.contains(&number), "{what}: {state:?} {:?}", pair.choice);
         }
-        let count = expected.iter().filter(|&&is_in| is_in).count();
-        assert_eq!(engine.count(c).unwrap(), count.into(), "{what}");
+        assert_eq!(engine.count(c).unwrap(), expected.len().into(), "{what}");
     }
 
     fn outcomes(&self) {
@@ -153,7 +151,7 @@ impl<E: Engine> Check<'_, E> {
         assert_eq!(found.arenas.len(), tiny.arenas.len());
         for (found, expected) in found.arenas.iter().zip(&tiny.arenas) {
             assert_eq!(found.reference, expected.reference);
-            self.states("arena", &found.states, &set(&expected.states));
+            self.states("arena", &found.states, &expected.states);
             self.choices("arena", &found.choices, &expected.choices);
         }
     }
@@ -189,7 +187,7 @@ impl<E: Engine> Check<'_, E> {
             let tiny = strategies(self.tiny.engine(), kind, self.tiny.improvement().unwrap(), expected);
             assert_eq!(found.len(), improvement.arenas.len());
             for (found, expected) in found.iter().zip(tiny.unwrap()) {
-                self.states("winning", &found.states, &set(&expected.states));
+                self.states("winning", &found.states, &expected.states);
                 self.choices(
                     &format!("permitted, {kind} {}", k + 1),
                     &found.permissive,
@@ -198,7 +196,7 @@ impl<E: Engine> Check<'_, E> {
                 self.choices(&format!("progress, {kind} {}", k + 1), &found.progress, &expected.progress);
                 assert_eq!(found.layers.len(), expected.layers.len());
                 for (layer, expected) in found.layers.iter().zip(&expected.layers) {
-                    self.states("layer", layer, &set(expected));
+                    self.states("layer", layer, expected);
                 }
             }
             let classes = self.found.classes().unwrap();
@@ -207,7 +205,7 @@ impl<E: Engine> Check<'_, E> {
         }
     }
 
-    fn permitted(&self, kind: Kind, level: &Level<Tiny>) -> Vec<Vec<bool>> {
+    fn permitted(&self, kind: Kind, level: &Level<Tiny>) -> Set {
         let (classes, improvement) = (self.tiny.classes().unwrap(), self.tiny.improvement().unwrap());
         permitted_at_start(self.tiny.engine(), kind, classes, improvement, level).unwrap()
     }
@@ -231,9 +229,9 @@ impl<E: Engine> Check<'_, E> {
             for (kind, plan) in [(Kind::Sasi, prospects.sasi), (Kind::Spi, prospects.spi)] {
                 let levels = self.tiny.levels(kind);
                 let rank = levels.rank(self.tiny.engine(), &[s as i64]).unwrap();
-                let permitted = levels.level(rank).map(|level| self.permitted(kind, level)[s].clone());
-                let taken = steps.iter().zip(permitted.unwrap_or_default()).filter(|(_, is_in)| *is_in);
-                let names: Vec<String> = taken.map(|(step, _)| step.name.clone()).collect();
+                let permitted = levels.level(rank).map(|level| self.permitted(kind, level));
+                let taken = self.tiny.engine().rows(&permitted.unwrap_or_default()).swap_remove(s);
+                let names: Vec<String> = taken.into_iter().map(|a| steps[a].name.clone()).collect();
                 let plan = plan.unwrap();
                 assert_eq!((plan.rank, plan.actions), (rank, names), "{kind}: {state:?}");
             }
@@ -244,10 +242,6 @@ impl<E: Engine> Check<'_, E> {
 /// All levels found, and the fixpoint.
 fn every<E: Engine>(levels: &Levels<E>) -> impl Iterator<Item = &Level<E>> {
     levels.found.iter().chain(levels.unbounded())
-}
-
-fn set(x: &[bool]) -> Set {
-    (0..x.len()).filter(|&s| x[s]).collect()
 }
 
 /// All safeties and all values of nothing, on one engine.
@@ -285,7 +279,7 @@ fn both(world: &World) {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(60))]
+    #![proptest_config(crate::common::amount::random(60))]
 
     #[test]
     fn both_engines_find_what_is_defined_on_factored_programs(factored in factored()) {

@@ -11,7 +11,7 @@ use meliora::model::preference::Preferences;
 use meliora::planning::result::AnalysisResult;
 use meliora::planning::{Analysis, Options, Safety};
 
-use crate::machines::{OVER_PATHS, PREFERENCES, factory};
+use crate::common::factory::{OVER_PATHS, PREFERENCES, factory};
 
 fn read(machines: usize, preferences: &str) -> (Arc<Program>, Arc<Preferences>) {
     let none = SourceFile::new("--const", "");

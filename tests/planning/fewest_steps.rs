@@ -10,7 +10,7 @@ use rand::RngExt;
 use rand::SeedableRng;
 use rand::rngs::SmallRng;
 
-use crate::loaded::Loaded;
+use crate::planning::loaded::Loaded;
 
 const STATES: usize = 6;
 /// The state of the objective, and one from which it is impossible.

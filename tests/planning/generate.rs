@@ -3,8 +3,8 @@
 use meliora::model::preference::{Preorder, Relation, Statement};
 use proptest::prelude::*;
 
-use crate::Case;
-use crate::tiny::Mdp;
+use crate::planning::Case;
+use crate::planning::tiny::Mdp;
 
 /// Up to `states` states with up to three choices, and up to five objectives, in a chain half of the
 /// time: chains have the most levels.

@@ -6,8 +6,8 @@ use meliora::model::exact::Ratio;
 use meliora::planning::Safety;
 use meliora::quantities::{Aim, Cost, Earned, Interval, Node, Steps, ValueOptions, Values};
 
-use crate::loaded::Loaded;
-use crate::quantities::exact;
+use crate::planning::loaded::Loaded;
+use crate::planning::quantities::exact;
 
 fn values(loaded: &Loaded, safety: Safety, levels: usize, exact: bool) -> (Values, Node) {
     paid(loaded, safety, levels, exact, &Steps)

@@ -2,7 +2,7 @@
 
 use meliora::planning::{FiniteMemoryStrategy, InducedModel, Kind, Safety, Scheduler};
 
-use crate::loaded::ladder;
+use crate::planning::loaded::ladder;
 
 #[test]
 fn an_induced_model_has_the_nodes_of_its_limit_and_is_complete_when_these_are_all() {

@@ -6,10 +6,10 @@ use std::collections::BTreeSet;
 use meliora::model::preference::{Empty, Relation};
 use meliora::planning::{Kind, Safety};
 
-use crate::Case;
-use crate::engines::brute::Brute;
-pub(crate) use crate::engines::brute::Set;
-use crate::tiny::Mdp;
+use crate::common::brute::Brute;
+pub(crate) use crate::common::brute::Set;
+use crate::planning::Case;
+use crate::planning::tiny::Mdp;
 
 /// PWin(F)
 pub(crate) fn positive(mdp: &Mdp, target: &Set) -> Set {

@@ -7,12 +7,13 @@ use meliora::model::preference::Empty;
 use meliora::planning::regions::regions;
 use meliora::planning::{Kind, Safety, Scheduler};
 
-use crate::examples::circle;
-use crate::tiny::Mdp;
-use crate::{Case, analyse};
+use crate::common::brute::Set;
+use crate::planning::examples::circle;
+use crate::planning::tiny::Mdp;
+use crate::planning::{Case, analyse};
 
-fn states(text: &str, n: usize) -> Vec<bool> {
-    (0..n).map(|s| text.contains(&s.to_string())).collect()
+fn states(text: &str, n: usize) -> Set {
+    (0..n).filter(|s| text.contains(&s.to_string())).collect()
 }
 
 #[test]

@@ -8,9 +8,9 @@ use meliora::error::{Error, Limit};
 use meliora::model::preference::Empty;
 use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Phase, Safety};
 
-use crate::examples::{circle, toy};
-use crate::loaded::ladder;
-use crate::{Case, analyse};
+use crate::planning::examples::{circle, toy};
+use crate::planning::loaded::ladder;
+use crate::planning::{Case, analyse};
 
 /// Stops the work at one question, and never again.
 struct StopOnce(AtomicU64);

@@ -16,8 +16,8 @@ use meliora::planning::{
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
-use crate::coverage::draw_until;
-use crate::graphs::edges;
+use crate::common::coverage::draw_until;
+use crate::common::graphs::edges;
 
 /// A model of one variable: for each state its choices, for each choice where it leads.
 fn program(

@@ -17,8 +17,8 @@ use num_rational::BigRational;
 use num_traits::{FromPrimitive, One, Signed, Zero};
 use proptest::prelude::*;
 
-use crate::choosing;
-use crate::worlds::{World, factored, graph};
+use crate::planning::choosing;
+use crate::planning::worlds::{World, factored, graph};
 
 /// The greatest number of improvements that is checked.
 const LEVELS: usize = 3;
@@ -306,7 +306,7 @@ fn both(world: &World) {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(60))]
+    #![proptest_config(crate::common::amount::random(60))]
 
     #[test]
     fn values_satisfy_their_equations_and_strategies_attain_them_on_graphs(graph in graph(9)) {

@@ -16,8 +16,8 @@ use meliora::quantities::{Node, Steps, ValueOptions, Values};
 use num_traits::{One, Zero};
 use proptest::prelude::*;
 
-use crate::quantities::{chain, exact};
-use crate::worlds::{World, graph};
+use crate::planning::quantities::{chain, exact};
+use crate::planning::worlds::{World, graph};
 
 /// The greatest number of improvements that is checked.
 const LEVELS: usize = 3;
@@ -245,14 +245,14 @@ fn attained(
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(40))]
+    #![proptest_config(crate::common::amount::random(40))]
 
     #[test]
     fn expected_numbers_are_attained(graph in graph(8)) {
         let world = graph.world();
         let settings = Settings { scope: world.scope, ..Settings::default() };
         let engine = Arc::new(ExplicitEngine::new(world.program.clone(), settings).unwrap());
-        let preferences = Arc::new(crate::quantities::preferences(&world, Default::default()));
+        let preferences = Arc::new(crate::planning::quantities::preferences(&world, Default::default()));
         for safety in [Safety::Action, Safety::Transition] {
             Numbers::new(&world, &analysed(&engine, &preferences, safety)).check();
         }

@@ -11,7 +11,7 @@ use meliora::planning::{FiniteMemoryStrategy, Kind, Rank, Safety};
 use rand::rngs::SmallRng;
 use rand::{RngExt, SeedableRng};
 
-use crate::loaded::Loaded;
+use crate::planning::loaded::Loaded;
 
 /// From 1 a random step achieves A at 2 or B at 3; nothing is achieved at 4.
 fn decision() -> Loaded {

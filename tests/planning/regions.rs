@@ -7,11 +7,11 @@ use meliora::model::property::{Bound, Strategies};
 use meliora::planning::{RegionSearch, Safety};
 use proptest::prelude::*;
 
-use crate::generate::case;
-use crate::graphs::{bottom_components, reached};
-use crate::literal::Set;
-use crate::tiny::{Mdp, Tiny};
-use crate::{Case, analyse};
+use crate::common::graphs::{bottom_components, reached};
+use crate::planning::generate::case;
+use crate::planning::literal::Set;
+use crate::planning::tiny::{Mdp, Tiny};
+use crate::planning::{Case, analyse};
 
 /// All ways to fix one choice per state.
 fn memoryless(mdp: &Mdp) -> Vec<Vec<Vec<usize>>> {
@@ -49,10 +49,6 @@ fn enumerated(mdp: &Mdp, target: &Set) -> [Set; 4] {
     result
 }
 
-fn set(x: &[bool]) -> Set {
-    (0..x.len()).filter(|&s| x[s]).collect()
-}
-
 fn compare(case: &Case) {
     let engine = case.engine();
     let preferences = case.preferences(&engine, Empty::Bottom);
@@ -60,17 +56,16 @@ fn compare(case: &Case) {
     for (i, target) in case.targets.iter().enumerate() {
         let expected = enumerated(&case.mdp, &target.iter().copied().collect());
         let r = regions(&*engine, &engine.states_where(&engine.target(i)).unwrap()).unwrap();
-        let found = [&r.pmax_one, &r.pmax_positive, &r.pmin_one, &r.pmin_positive].map(|x| set(x));
-        assert_eq!(found, expected);
+        assert_eq!([&r.pmax_one, &r.pmax_positive, &r.pmin_one, &r.pmin_positive], expected.each_ref());
         each_region_alone(&engine, engine.states_where(&engine.target(i)).unwrap(), &r);
         known_regions_decide_what_all_of_them_do(&*engine, &r);
         let outcome = analysis.outcomes().unwrap().get(i).unwrap();
-        assert_eq!([set(&outcome.almost_sure), set(&outcome.positive)], expected[..2]);
+        assert_eq!([&outcome.almost_sure, &outcome.positive], [&expected[0], &expected[1]]);
     }
 }
 
 /// A region that is asked for first is the same as the one among all.
-fn each_region_alone(engine: &Tiny, target: Vec<bool>, all: &Regions<Vec<bool>>) {
+fn each_region_alone(engine: &Tiny, target: Set, all: &Regions<Set>) {
     for which in Which::ALL {
         let mut search = RegionSearch::of_target(engine, target.clone());
         let order = search.order(&[which]);
@@ -105,7 +100,7 @@ fn known_regions_decide_what_all_of_them_do<E: Engine>(engine: &E, all: &Regions
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(600))]
+    #![proptest_config(crate::common::amount::random(600))]
 
     #[test]
     fn regions_are_those_of_all_memoryless_strategies(case in case(5)) {

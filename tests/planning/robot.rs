@@ -4,8 +4,8 @@ use meliora::engine::Engine;
 use meliora::model::preference::{Empty, Relation, Statement};
 use meliora::planning::{Analysis, Kind, Rank, Safety, strategy};
 
-use crate::tiny::{Mdp, Tiny};
-use crate::{Case, analyse};
+use crate::planning::tiny::{Mdp, Tiny};
+use crate::planning::{Case, analyse};
 
 type Cell = (i64, i64);
 /// Row, column, battery, flags of D, E, F and the charger.
@@ -156,7 +156,7 @@ fn the_robot_may_take_the_actions_that_the_paper_tells() {
         let (classes, improvement) = (analysis.classes().unwrap(), analysis.improvement().unwrap());
         let level = analysis.levels(kind).level(rank).unwrap();
         let all = strategy::permitted_at_start(&*engine, kind, classes, improvement, level).unwrap();
-        (0..all[s].len()).filter(|&a| all[s][a]).map(|a| ["N", "S", "E", "W"][a]).collect::<Vec<_>>()
+        engine.rows(&all)[s].iter().map(|&a| ["N", "S", "E", "W"][a]).collect::<Vec<_>>()
     };
     let rank = |kind: Kind, s: usize| analysis.levels(kind).rank(&engine, &[s as i64]).unwrap();
     let start = index(((2, 2), 8, [false; 4]));

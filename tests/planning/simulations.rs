@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use meliora::planning::tally::{RunEnd, Trace, Wait};
 use meliora::planning::{FiniteMemoryStrategy, Kind, Rank, Safety, Scheduler, Setup, Simulation};
 
-use crate::loaded::{Loaded, ladder};
+use crate::planning::loaded::{Loaded, ladder};
 
 /// The value of `x` in the last state of a run.
 fn last(trace: &Trace) -> i64 {

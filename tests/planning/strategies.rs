@@ -1,4 +1,4 @@
-//! Strategies, re-checked on the Markov chains that they induce. Cases come from [`crate::versus_literal`].
+//! Strategies, re-checked on the Markov chains that they induce. Cases come from [`crate::planning::versus_literal`].
 
 use meliora::engine::Engine;
 use meliora::planning::improvement::Arena;
@@ -6,9 +6,9 @@ use meliora::planning::levels::{Game, Level};
 use meliora::planning::strategy::{ArenaStrategy, is_goal, permitted_at_start, strategies};
 use meliora::planning::{Analysis, Kind, Safety};
 
-use crate::graphs::{bottom_components, reached};
-use crate::literal::{Literal, Set};
-use crate::tiny::Tiny;
+use crate::common::graphs::{bottom_components, reached};
+use crate::planning::literal::{Literal, Set};
+use crate::planning::tiny::Tiny;
 
 /// One arena at one level, with what the definitions say of its edges.
 struct Play<'a> {
@@ -70,43 +70,35 @@ fn wins(kind: Kind, chain: &[Vec<usize>], s: usize) -> bool {
     }
 }
 
-fn set(x: &[bool]) -> Set {
-    (0..x.len()).filter(|&s| x[s]).collect()
-}
-
-fn check_strategy(kind: Kind, play: &Play<'_>, strategy: &ArenaStrategy<Tiny>) {
-    let won = set(&strategy.states);
-    let chosen = |pairs: &Vec<Vec<bool>>| -> Vec<Vec<usize>> {
-        pairs.iter().map(|row| (0..row.len()).filter(|&a| row[a]).collect()).collect()
-    };
-    let permitted = chosen(&strategy.permissive);
+fn check_strategy(engine: &Tiny, kind: Kind, play: &Play<'_>, strategy: &ArenaStrategy<Tiny>) {
+    let won = &strategy.states;
+    let permitted = engine.rows(&strategy.permissive);
     for (s, chosen) in permitted.iter().enumerate() {
-        let by_definition: Vec<usize> =
-            (0..strategy.permissive[s].len()).filter(|&a| play.permits(kind, &won, s, a)).collect();
+        let all = 0..play.literal.case.mdp.0[s].len();
+        let by_definition: Vec<usize> = all.filter(|&a| play.permits(kind, won, s, a)).collect();
         assert_eq!(*chosen, by_definition, "permitted in {s}");
     }
-    let progress = chosen(&strategy.progress);
+    let progress = engine.rows(&strategy.progress);
     let first: Vec<Vec<usize>> = progress.iter().map(|p| p.iter().copied().take(1).collect()).collect();
     let last: Vec<Vec<usize>> =
         progress.iter().map(|p| p.iter().copied().last().into_iter().collect()).collect();
     for scheduler in [&permitted, &first, &last] {
         let chain = play.chain(scheduler);
-        for &s in &won {
+        for &s in won {
             assert!(wins(kind, &chain, s), "{kind} does not win from {s}");
         }
     }
     let mut layered = Set::new();
     for layer in &strategy.layers {
-        let layer = set(layer);
-        assert!(!layer.is_empty() && layered.is_disjoint(&layer));
+        assert!(!layer.is_empty() && layered.is_disjoint(layer));
         layered.extend(layer);
     }
-    assert_eq!(layered, won);
+    assert_eq!(layered, *won);
 }
 
 fn check_goals(engine: &Tiny, play: &Play<'_>, arena: &Arena<Tiny>, game: &Game<Tiny>) {
-    for s in set(&arena.states) {
-        for t in (0..arena.choices[s].len()).flat_map(|a| play.kept(s, a)) {
+    for &s in &arena.states {
+        for t in (0..play.literal.case.mdp.0[s].len()).flat_map(|a| play.kept(s, a)) {
             let found = is_goal(engine, game, &[s as i64], &[t as i64]).unwrap();
             assert_eq!(found, play.is_goal(s, t), "goal edge {s} -> {t}");
         }
@@ -131,11 +123,11 @@ fn check_level(
             (mp.clone(), literal.safe(&mp))
         });
         let play = Play { literal, safety: improvement.safety, reference, entered: entered.clone() };
-        check_strategy(kind, &play, strategy);
+        check_strategy(engine, kind, &play, strategy);
         check_goals(engine, &play, arena, game);
-        for (s, permitted) in strategy.permissive.iter().enumerate() {
+        for (s, permitted) in engine.rows(&strategy.permissive).iter().enumerate() {
             let own = play.reference.as_ref().is_none_or(|(class, _)| *class == literal.mp[s]);
-            assert!(!own || start[s] == *permitted);
+            assert!(!own || engine.rows(&start)[s] == *permitted);
         }
     }
     assert_eq!(engine.sources(&start).unwrap(), level.states);
@@ -148,7 +140,7 @@ pub(crate) fn check(analysis: &Analysis<Tiny>, literal: &Literal<'_>) {
         let levels = analysis.levels(kind);
         for level in levels.found.iter().chain(levels.unbounded()) {
             check_level(analysis, literal, kind, level, &entered);
-            entered = set(&level.states);
+            entered = level.states.clone();
         }
     }
 }
@@ -158,14 +150,15 @@ pub(crate) fn check_kept(analysis: &Analysis<Tiny>, literal: &Literal<'_>) {
     let classes = analysis.classes().unwrap();
     let improvement = analysis.improvement().unwrap();
     for arena in &improvement.arenas {
-        for s in set(&arena.states) {
+        let kept = analysis.engine().rows(&arena.choices);
+        for &s in &arena.states {
             let from = match arena.reference {
                 Some(c) => classes.list[c].most_preferred.iter().collect(),
                 None => literal.mp[s].clone(),
             };
             for (a, successors) in literal.case.mdp.0[s].iter().enumerate() {
                 let safe = successors.iter().all(|&t| !literal.weakens(&from, &literal.mp[t]));
-                assert!(!arena.choices[s][a] || safe, "{}: {s} by {a}", improvement.safety);
+                assert!(!kept[s].contains(&a) || safe, "{}: {s} by {a}", improvement.safety);
             }
         }
     }

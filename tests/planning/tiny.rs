@@ -1,4 +1,4 @@
-//! An engine of plain vectors, each operator word by word as the trait states it.
+//! An engine over [`Brute`]: sets of numbers, and each operator as the book defines it.
 
 use std::sync::Arc;
 
@@ -9,6 +9,8 @@ use meliora::model::predicate::{Predicate, Predicates};
 use meliora::model::step::Choice;
 use meliora::model::value::Value;
 use meliora::model::{State, VarId};
+
+use crate::common::brute::{Brute, Set};
 
 /// For each state and choice the successors.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,33 +32,31 @@ impl Mdp {
     }
 }
 
+/// The pairs of a state and a choice are numbered in the order of the states.
 #[derive(Clone)]
 pub(crate) struct Tiny {
-    pub(crate) mdp: Mdp,
-    states: Bits,
-    choices: Pairs,
-    targets: Vec<Vec<bool>>,
+    brute: Arc<Brute>,
+    states: Set,
+    choices: Set,
+    targets: Vec<Set>,
     names: Vec<Predicate>,
     settings: Settings,
 }
 
-type Bits = Vec<bool>;
-type Pairs = Vec<Vec<bool>>;
-
 impl Tiny {
-    pub(crate) fn new(mdp: Mdp, targets: &[Vec<usize>]) -> Self {
-        let n = mdp.0.len();
+    pub(crate) fn new(mdp: &Mdp, targets: &[Vec<usize>]) -> Self {
         // Any expressions will do as names of the targets.
         let mut pool = ExprPool::default();
         let names: Vec<_> = (0..targets.len()).map(|i| pool.value(Value::Int(i as i64))).collect();
         let pool = Predicates::of(pool.into());
         let names = names.into_iter().map(|name| pool.get(name)).collect();
-        let targets = targets.iter().map(|t| (0..n).map(|s| t.contains(&s)).collect()).collect();
-        let choices = mdp.0.iter().map(|list| vec![true; list.len()]).collect();
-        Tiny { states: vec![true; n], choices, mdp, targets, names, settings: Settings::default() }
+        let targets = targets.iter().map(|t| t.iter().copied().collect()).collect();
+        let brute = Brute::of_graph(&mdp.0);
+        let (states, choices) = (brute.all_states(), brute.all_choices());
+        Tiny { brute: brute.into(), states, choices, targets, names, settings: Settings::default() }
     }
 
-    /// Sets who can cancel the work: at fixpoints, and when states are counted.
+    /// Sets who can cancel the work: at fixpoints, and when sets are counted.
     pub(crate) fn with_sink(self, sink: Arc<dyn ProgressSink>) -> Self {
         Tiny { settings: Settings { sink, ..self.settings }, ..self }
     }
@@ -65,163 +65,120 @@ impl Tiny {
         self.names[objective].clone()
     }
 
-    fn choices_where(&self, holds: impl Fn(usize, usize) -> bool) -> Pairs {
-        let row = |(s, list): (usize, &Vec<Vec<usize>>)| (0..list.len()).map(|a| holds(s, a)).collect();
-        self.mdp.0.iter().enumerate().map(row).collect()
-    }
-
-    fn successors_of(&self, s: usize, a: usize) -> &[usize] {
-        &self.mdp.0[s][a]
+    /// The positions of the choices of each state that are in a set.
+    pub(crate) fn rows(&self, c: &Set) -> Vec<Vec<usize>> {
+        let mut rows = vec![Vec::new(); self.brute.states.len()];
+        let (mut state, mut first) = (0, 0);
+        for (number, pair) in self.brute.pairs.iter().enumerate() {
+            if pair.state != state {
+                (state, first) = (pair.state, number);
+            }
+            if c.contains(&number) {
+                rows[state].push(number - first);
+            }
+        }
+        rows
     }
 }
 
-fn zip(x: &Bits, y: &Bits, op: impl Fn(bool, bool) -> bool) -> Bits {
-    x.iter().zip(y).map(|(&x, &y)| op(x, y)).collect()
-}
-
-impl Algebra<Bits> for Tiny {
-    fn union(&self, x: &Bits, y: &Bits) -> Result<Bits> {
-        Ok(zip(x, y, |x, y| x || y))
+impl Algebra<Set> for Tiny {
+    fn union(&self, x: &Set, y: &Set) -> Result<Set> {
+        Ok(x | y)
     }
-    fn intersection(&self, x: &Bits, y: &Bits) -> Result<Bits> {
-        Ok(zip(x, y, |x, y| x && y))
+    fn intersection(&self, x: &Set, y: &Set) -> Result<Set> {
+        Ok(x & y)
     }
-    fn difference(&self, x: &Bits, y: &Bits) -> Result<Bits> {
-        Ok(zip(x, y, |x, y| x && !y))
+    fn difference(&self, x: &Set, y: &Set) -> Result<Set> {
+        Ok(x - y)
     }
-    fn is_empty(&self, x: &Bits) -> Result<bool> {
-        Ok(!x.contains(&true))
+    fn is_empty(&self, x: &Set) -> Result<bool> {
+        Ok(x.is_empty())
     }
-    fn same(&self, x: &Bits, y: &Bits) -> Result<bool> {
+    fn same(&self, x: &Set, y: &Set) -> Result<bool> {
         Ok(x == y)
     }
-    fn count(&self, x: &Bits) -> Result<Count> {
+    fn count(&self, x: &Set) -> Result<Count> {
         if let Some(limit) = self.settings.sink.stop() {
             return Err(limit.into());
         }
-        Ok(Count::from(x.iter().filter(|&&b| b).count()))
-    }
-}
-
-impl Algebra<Pairs> for Tiny {
-    fn union(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] || d[s][a]))
-    }
-    fn intersection(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] && d[s][a]))
-    }
-    fn difference(&self, c: &Pairs, d: &Pairs) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] && !d[s][a]))
-    }
-    fn is_empty(&self, c: &Pairs) -> Result<bool> {
-        Ok(!c.iter().flatten().any(|&b| b))
-    }
-    fn same(&self, c: &Pairs, d: &Pairs) -> Result<bool> {
-        Ok(c == d)
-    }
-    fn count(&self, c: &Pairs) -> Result<Count> {
-        Ok(Count::from(c.iter().flatten().filter(|&&b| b).count()))
+        Ok(Count::from(x.len()))
     }
 }
 
 impl Engine for Tiny {
-    type States = Bits;
-    type Choices = Pairs;
+    type States = Set;
+    type Choices = Set;
 
-    fn all_states(&self) -> Bits {
+    fn all_states(&self) -> Set {
         self.states.clone()
     }
-    fn no_states(&self) -> Bits {
-        vec![false; self.mdp.0.len()]
+    fn no_states(&self) -> Set {
+        Set::new()
     }
-    fn initial_states(&self) -> Bits {
-        (0..self.mdp.0.len()).map(|s| s == 0).collect()
+    fn initial_states(&self) -> Set {
+        Set::from([0])
     }
-    fn deadlock_states(&self) -> Bits {
-        self.no_states()
+    fn deadlock_states(&self) -> Set {
+        Set::new()
     }
-    fn states_where(&self, predicate: &Predicate) -> Result<Bits> {
-        Ok(zip(&self.targets[predicate.id().index()], &self.states, |x, y| x && y))
+    fn states_where(&self, predicate: &Predicate) -> Result<Set> {
+        Ok(&self.targets[predicate.id().index()] & &self.states)
     }
-    fn all_choices(&self) -> Pairs {
+    fn all_choices(&self) -> Set {
         self.choices.clone()
     }
-    fn restricted_to(&self, region: &Region<Bits, Pairs>) -> Result<Self> {
+    fn restricted_to(&self, region: &Region<Set, Set>) -> Result<Self> {
         Ok(Tiny { states: region.states.clone(), choices: region.choices.clone(), ..self.clone() })
     }
-    fn no_choices(&self) -> Pairs {
-        self.choices_where(|_, _| false)
+    fn no_choices(&self) -> Set {
+        Set::new()
     }
 
-    fn choices_in(&self, c: &Pairs, x: &Bits) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] && x[s]))
+    fn choices_in(&self, c: &Set, x: &Set) -> Result<Set> {
+        Ok(self.brute.choices_in(c, x))
     }
-    fn sources(&self, c: &Pairs) -> Result<Bits> {
-        Ok(c.iter().map(|row| row.contains(&true)).collect())
+    fn sources(&self, c: &Set) -> Result<Set> {
+        Ok(self.brute.sources(c))
     }
-
-    fn pre(&self, c: &Pairs, x: &Bits) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] && self.successors_of(s, a).iter().any(|&t| x[t])))
+    fn pre(&self, c: &Set, x: &Set) -> Result<Set> {
+        Ok(self.brute.pre(c, x))
     }
-    fn pre_within(&self, c: &Pairs, y: &Bits) -> Result<Pairs> {
-        Ok(self.choices_where(|s, a| c[s][a] && self.successors_of(s, a).iter().all(|&t| y[t])))
+    fn pre_within(&self, c: &Set, y: &Set) -> Result<Set> {
+        Ok(self.brute.pre_within(c, y))
     }
-    fn post(&self, c: &Pairs) -> Result<Bits> {
-        let mut entered = self.no_states();
-        for (s, row) in c.iter().enumerate() {
-            for a in (0..row.len()).filter(|&a| row[a]) {
-                self.successors_of(s, a).iter().for_each(|&t| entered[t] = true);
-            }
-        }
-        Ok(entered)
+    fn post(&self, c: &Set) -> Result<Set> {
+        Ok(self.brute.post(c))
+    }
+    fn can_reach(&self, target: &Set, within: &Set, labels: &[EdgeLabels<Set>]) -> Result<Set> {
+        let dropped: Vec<_> = labels.iter().map(|m| (m.from.clone(), m.dropped.clone())).collect();
+        Ok(self.brute.can_reach(target, within, &dropped))
     }
 
-    fn can_reach(&self, target: &Bits, within: &Pairs, edge_labels: &[EdgeLabels<Bits>]) -> Result<Bits> {
-        let is_dropped = |s: usize, t: usize| edge_labels.iter().any(|m| m.from[s] && m.dropped[t]);
-        let mut reached = target.clone();
-        loop {
-            let enters = |s: usize, a: usize| {
-                within[s][a] && self.successors_of(s, a).iter().any(|&t| reached[t] && !is_dropped(s, t))
-            };
-            let more: Bits = (0..reached.len())
-                .map(|s| reached[s] || (0..within[s].len()).any(|a| enters(s, a)))
-                .collect();
-            if more == reached {
-                return Ok(reached);
-            }
-            reached = more;
-        }
-    }
-
-    fn count_model_states(&self, _x: &Bits) -> Result<Option<Count>> {
+    fn count_model_states(&self, _x: &Set) -> Result<Option<Count>> {
         Ok(None)
     }
-    fn count_transitions(&self, c: &Pairs, x: &Bits) -> Result<Count> {
-        let mut count = 0usize;
-        for (s, row) in c.iter().enumerate() {
-            for a in (0..row.len()).filter(|&a| row[a]) {
-                count += self.successors_of(s, a).iter().filter(|&&t| x[t]).count();
-            }
-        }
-        Ok(Count::from(count))
+    fn count_transitions(&self, c: &Set, x: &Set) -> Result<Count> {
+        Ok(Count::from(self.brute.count_transitions(c, x)))
     }
 
-    fn list_states(&self, x: &Bits, limit: usize) -> Result<Vec<State>> {
-        Ok((0..x.len()).filter(|&s| x[s]).take(limit).map(|s| vec![s as i64]).collect())
+    fn list_states(&self, x: &Set, limit: usize) -> Result<Vec<State>> {
+        Ok(x.iter().take(limit).map(|&s| vec![s as i64]).collect())
     }
-    fn singleton(&self, state: &[i64]) -> Result<Bits> {
-        Ok((0..self.mdp.0.len()).map(|s| self.states[s] && s as i64 == state[0]).collect())
+    fn singleton(&self, state: &[i64]) -> Result<Set> {
+        Ok(self.states.iter().copied().filter(|&s| s as i64 == state[0]).collect())
     }
-    fn slice(&self, fixed: &[(VarId, i64)]) -> Result<Bits> {
-        let fits = |s: usize| fixed.iter().all(|&(_, value)| value == s as i64);
-        Ok((0..self.mdp.0.len()).map(|s| self.states[s] && fits(s)).collect())
+    fn slice(&self, fixed: &[(VarId, i64)]) -> Result<Set> {
+        let fits = |s: &usize| fixed.iter().all(|&(_, value)| value == *s as i64);
+        Ok(self.states.iter().copied().filter(fits).collect())
     }
-    fn contains(&self, x: &Bits, state: &[i64]) -> Result<bool> {
-        Ok(usize::try_from(state[0]).is_ok_and(|s| x.get(s) == Some(&true)))
+    fn contains(&self, x: &Set, state: &[i64]) -> Result<bool> {
+        Ok(usize::try_from(state[0]).is_ok_and(|s| x.contains(&s)))
     }
-    fn contains_choice(&self, c: &Pairs, state: &[i64], choice: &Choice) -> Result<bool> {
+    fn contains_choice(&self, c: &Set, state: &[i64], choice: &Choice) -> Result<bool> {
         Ok(match choice {
-            Choice::Combination { synchronisation, .. } => c[state[0] as usize][*synchronisation],
+            Choice::Combination { synchronisation, .. } => {
+                self.rows(c)[state[0] as usize].contains(synchronisation)
+            }
             _ => false,
         })
     }

@@ -3,24 +3,23 @@
 
 use std::sync::Arc;
 
-use meliora::engine::Count;
+use meliora::engine::{Count, Engine};
 use meliora::model::preference::{Empty, Preferences};
 use meliora::planning::levels::End;
 use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
 use proptest::prelude::*;
 
-use crate::generate::case;
-use crate::literal::{Literal, Set};
-use crate::tiny::Tiny;
-use crate::{Case, analyse, strategies};
+use crate::planning::generate::case;
+use crate::planning::literal::{Literal, Set};
+use crate::planning::tiny::Tiny;
+use crate::planning::{Case, analyse, strategies};
 
 /// W_1, W_2, … with the empty or repeated last level, as [`Literal::levels`] has them.
 fn sets(levels: &Levels<Tiny>) -> Vec<Set> {
-    let set = |x: &Vec<bool>| (0..x.len()).filter(|&s| x[s]).collect::<Set>();
-    let mut all: Vec<Set> = levels.found.iter().map(|l| set(&l.states)).collect();
+    let mut all: Vec<Set> = levels.found.iter().map(|l| l.states.clone()).collect();
     match &levels.end {
         Some(End::Empty) => all.push(Set::new()),
-        Some(End::Unbounded(level)) => all.push(set(&level.states)),
+        Some(End::Unbounded(level)) => all.push(level.states.clone()),
         Some(End::Cut) | None => panic!("not finished"),
     }
     all
@@ -70,8 +69,8 @@ fn check_classes(analysis: &Analysis<Tiny>, literal: &Literal<'_>) {
         assert_eq!(class.most_preferred.iter().collect::<Set>(), *mp);
         for (t, to) in literal.mp.iter().enumerate() {
             let weakens = literal.weakens(mp, to);
-            assert_eq!(class.worse[t], weakens);
-            assert_eq!(class.better[t], !weakens && literal.improves(mp, to));
+            assert_eq!(class.worse.contains(&t), weakens);
+            assert_eq!(class.better.contains(&t), !weakens && literal.improves(mp, to));
         }
     }
     let total: Count = analysis.result().classes.iter().flatten().map(|c| c.states.clone()).sum();
@@ -84,7 +83,7 @@ fn check_cut(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, whole: &Analysi
     let mut cut = Analysis::new(engine, preferences, options);
     cut.run(&mut |_| ()).unwrap();
     for kind in [Kind::Sasi, Kind::Spi] {
-        for s in 0..engine.mdp.0.len() as i64 {
+        for s in engine.all_states().into_iter().map(|s| s as i64) {
             let [rank, least] =
                 [whole, &cut].map(|analysis| analysis.levels(kind).rank(&**engine, &[s]).unwrap());
             match rank {
@@ -97,7 +96,7 @@ fn check_cut(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, whole: &Analysi
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(800))]
+    #![proptest_config(crate::common::amount::random(800))]
 
     #[test]
     fn classes_levels_and_strategies_are_those_of_the_definitions(case in case(7)) {

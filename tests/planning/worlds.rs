@@ -11,8 +11,8 @@ use meliora::model::value::{Type, Value};
 use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
 use proptest::prelude::*;
 
-use crate::engines::random_program::{random_predicate, random_program};
-use crate::generate::order;
+use crate::common::random_program::{random_predicate, random_program};
+use crate::planning::generate::order;
 
 /// A program with objectives, statements about them, and which valuations are states.
 #[derive(Clone)]

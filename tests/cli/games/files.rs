@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::{GAME, at, scratch};
-use crate::common::Scratch;
+use crate::cli::common::Scratch;
 
 #[test]
 fn a_game_is_the_same_after_writing_and_reading() {

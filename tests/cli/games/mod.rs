@@ -7,7 +7,7 @@ mod temporal;
 
 use serde_json::json;
 
-use crate::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, meliora, run};
 
 /// We choose in x=0, the opponent in x=1; x=2 is a deadlock.
 const GAME: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..3] init 0;\n\

@@ -1,7 +1,7 @@
 //! Questions that games do not have are refused by name.
 
 use super::{at, scratch};
-use crate::common::Scratch;
+use crate::cli::common::Scratch;
 
 #[test]
 fn commands_for_one_player_refuse_a_game_by_name() {

@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::at;
-use crate::common::{Scratch, run};
+use crate::cli::common::{Scratch, run};
 
 /// From x=0, [b] is safe, and [a] leads to x=1, where the opponent can improve by [c] and weaken by [d].
 const RISKY: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..4] init 0;\n\

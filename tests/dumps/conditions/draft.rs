@@ -7,7 +7,7 @@ use meliora::dump::{Diagram, Dump, Edge, Manifest};
 
 use meliora::model::trend::Trend;
 
-use crate::mutation::sealed;
+use crate::dumps::mutation::sealed;
 
 /// The members of a set. A state is its values in the order of the manifest; a choice has its number before them.
 pub(super) type Members = BTreeSet<Vec<i64>>;

@@ -3,7 +3,7 @@
 use meliora::planning::Safety;
 
 use super::draft::Draft;
-use super::{Fault, cases, refuse};
+use super::{Cases, cases};
 
 /// The opponent chooses in 2, 4, 6, 7, 10 and 11. From 4 both of its choices lead to state 1, from 10 both lead to state
 /// 8; from 2 and 11 one of them leads elsewhere. In 6 it may leave a target that counted, and from 7 it goes there.
@@ -22,8 +22,8 @@ const PREFERENCES: &str = "objective A = F s=1; objective B = F s=9; objective C
 
 const BOTH: [Safety; 2] = [Safety::Action, Safety::Prefix];
 
-fn refuse_for(safeties: &[Safety], faults: &[Fault]) {
-    refuse(&cases(MODEL, PREFERENCES, &["history = state;"], safeties), faults);
+fn under(safeties: &[Safety]) -> Cases {
+    cases(MODEL, PREFERENCES, &["history = state;"], safeties)
 }
 
 /// Replaces the layers of a region.
@@ -47,154 +47,107 @@ fn rounds(draft: &mut Draft, region: &str, states: &[&[i64]]) {
 /// State 2 is said to reach state 1, though one choice of the opponent escapes.
 #[test]
 fn a_state_with_a_choice_that_escapes_is_too_many() {
-    let faults = [
-        Fault {
-            condition: "each state in layer 1 of `positive:A` has a step into an earlier layer",
-            forge: |d| region(d, "positive:A", &[&[1], &[2, 5, 8], &[4, 10], &[0], &[12]]),
-        },
-        Fault {
-            condition: "each state in layer 1 of `almost-sure:A` has a step into an earlier layer",
-            forge: |d| {
-                region(d, "almost-sure:A", &[&[1], &[2, 5], &[4], &[0]]);
-                d.add("strategy:almost-sure:A", &d.choices("risk", 0));
-            },
-        },
-    ];
-    refuse_for(&BOTH, &faults);
+    under(&BOTH).refuse(&[
+        ("each state in layer 1 of `positive:A` has a step into an earlier layer", |d| {
+            region(d, "positive:A", &[&[1], &[2, 5, 8], &[4, 10], &[0], &[12]])
+        }),
+        ("each state in layer 1 of `almost-sure:A` has a step into an earlier layer", |d| {
+            region(d, "almost-sure:A", &[&[1], &[2, 5], &[4], &[0]]);
+            d.add("strategy:almost-sure:A", &d.choices("risk", 0));
+        }),
+    ]);
 }
 
 /// States are left out though every choice of the opponent leads to state 1.
 #[test]
 fn a_state_without_an_escape_is_missed() {
-    let faults = [
-        Fault {
-            condition: "each state with a step into `positive:A` is in it",
-            forge: |d| region(d, "positive:A", &[&[1], &[5, 8], &[10], &[12]]),
-        },
-        Fault {
-            condition: "no state lost in round 0 of `almost-sure:A` has a safe step out of the round",
-            forge: |d| {
-                region(d, "almost-sure:A", &[&[1], &[5]]);
-                d.take("strategy:almost-sure:A", &d.choices("go", 0));
-                rounds(d, "almost-sure:A", &[&[4], &[0], &[2, 3, 6, 7, 8, 9, 10, 11, 12]]);
-            },
-        },
-    ];
-    refuse_for(&BOTH, &faults);
+    under(&BOTH).refuse(&[
+        ("each state with a step into `positive:A` is in it", |d| {
+            region(d, "positive:A", &[&[1], &[5, 8], &[10], &[12]])
+        }),
+        ("no state lost in round 0 of `almost-sure:A` has a safe step out of the round", |d| {
+            region(d, "almost-sure:A", &[&[1], &[5]]);
+            d.take("strategy:almost-sure:A", &d.choices("go", 0));
+            rounds(d, "almost-sure:A", &[&[4], &[0], &[2, 3, 6, 7, 8, 9, 10, 11, 12]]);
+        }),
+    ]);
 }
 
 #[test]
 fn levels_hold_against_every_choice_of_the_opponent() {
-    let faults = [
-        Fault {
-            condition: "each state in layer 1 of `sasi:1` has a step into an earlier layer",
-            forge: |d| region(d, "sasi:1", &[&[8], &[10, 11]]),
-        },
-        Fault {
-            condition: "layer 0 of `sasi:1` are the states at its goal",
-            forge: |d| region(d, "sasi:1", &[&[8, 11], &[10]]),
-        },
-        Fault {
-            condition: "no state lost in round 0 of `sasi:1` has a safe step out of the round",
-            forge: |d| {
-                region(d, "sasi:1", &[&[8]]);
-                rounds(d, "sasi:1", &[&[10], &[0, 1, 2, 3, 4, 5, 6, 7, 9, 11, 12]]);
-            },
-        },
-        Fault {
-            condition: "each state with a step towards `spi:1` is in it",
-            forge: |d| region(d, "spi:1", &[&[8]]),
-        },
-        Fault {
-            condition: "each state in layer 1 of `spi:1` has a step into an earlier layer",
-            forge: |d| region(d, "spi:1", &[&[8], &[10, 11]]),
-        },
-    ];
-    refuse_for(&[Safety::Action], &faults);
+    under(&[Safety::Action]).refuse(&[
+        ("each state in layer 1 of `sasi:1` has a step into an earlier layer", |d| {
+            region(d, "sasi:1", &[&[8], &[10, 11]])
+        }),
+        ("layer 0 of `sasi:1` are the states at its goal", |d| region(d, "sasi:1", &[&[8, 11], &[10]])),
+        ("no state lost in round 0 of `sasi:1` has a safe step out of the round", |d| {
+            region(d, "sasi:1", &[&[8]]);
+            rounds(d, "sasi:1", &[&[10], &[0, 1, 2, 3, 4, 5, 6, 7, 9, 11, 12]]);
+        }),
+        ("each state with a step towards `spi:1` is in it", |d| region(d, "spi:1", &[&[8]])),
+        ("each state in layer 1 of `spi:1` has a step into an earlier layer", |d| {
+            region(d, "spi:1", &[&[8], &[10, 11]])
+        }),
+    ]);
 }
 
 #[test]
 fn safe_regions_hold_against_every_choice_of_the_opponent() {
-    let faults = [
-        Fault {
-            condition: "each state of `safe:D` has a choice that stays in it",
-            forge: |d| d.add("safe:D", &d.states(&[6, 7])),
-        },
-        Fault {
-            condition: "each state lost in round 0 of `safe:D` weakens, or must risk an earlier round",
-            forge: |d| {
-                d.take("safe:D", &d.states(&[10]));
-                rounds(d, "safe:D", &[&[10], &[2, 3, 11, 12], &[6], &[7]]);
-            },
-        },
-    ];
-    refuse_for(&[Safety::Prefix], &faults);
+    under(&[Safety::Prefix]).refuse(&[
+        ("each state of `safe:D` has a choice that stays in it", |d| d.add("safe:D", &d.states(&[6, 7]))),
+        ("each state lost in round 0 of `safe:D` weakens, or must risk an earlier round", |d| {
+            d.take("safe:D", &d.states(&[10]));
+            rounds(d, "safe:D", &[&[10], &[2, 3, 11, 12], &[6], &[7]]);
+        }),
+    ]);
 }
 
 #[test]
 fn each_bad_state_counts_and_no_other() {
     let missing = "each state in which the opponent can weaken, or step into `bad`, is in it";
-    let faults = [
-        Fault { condition: missing, forge: |d| region(d, "bad", &[]) },
-        Fault { condition: missing, forge: |d| region(d, "bad", &[&[6]]) },
-        Fault {
-            condition: "each state in layer 2 of `bad` has a step into an earlier layer",
-            forge: |d| region(d, "bad", &[&[6], &[7], &[4]]),
-        },
-        Fault {
-            condition: "layer 0 of `bad` are the states at its goal",
-            forge: |d| region(d, "bad", &[&[6, 12], &[7]]),
-        },
-    ];
-    refuse_for(&[Safety::Action], &faults);
+    under(&[Safety::Action]).refuse(&[
+        (missing, |d| region(d, "bad", &[])),
+        (missing, |d| region(d, "bad", &[&[6]])),
+        ("each state in layer 2 of `bad` has a step into an earlier layer", |d| {
+            region(d, "bad", &[&[6], &[7], &[4]])
+        }),
+        ("layer 0 of `bad` are the states at its goal", |d| region(d, "bad", &[&[6, 12], &[7]])),
+    ]);
 }
 
 #[test]
 fn strategies_and_owners_are_those_of_the_players() {
-    let faults = [
-        Fault {
-            condition: "`strategy:almost-sure:A` are the choices that stay in `almost-sure:A`",
-            forge: |d| d.add("strategy:almost-sure:A", &d.choices("push", 4)),
-        },
-        Fault {
-            condition: "`player:us` are the states in which this player chooses",
-            forge: |d| {
+    under(&BOTH).refuse(&[
+            ("`strategy:almost-sure:A` are the choices that stay in `almost-sure:A`", |d| {
+                d.add("strategy:almost-sure:A", &d.choices("push", 4))
+            }),
+            ("`player:us` are the states in which this player chooses", |d| {
                 let state = d.states(&[4]);
                 d.take("player:them", &state);
                 d.add("player:us", &state);
-            },
-        },
-        Fault {
-            condition: "`player:them` are the states in which this player chooses",
-            forge: |d| d.take("player:them", &d.states(&[4])),
-        },
-        Fault {
-            condition: "the coalition is `us`: the dump was made for `them`; `--coalition them` checks it for these players",
-            forge: |d| d.manifest.coalition = vec!["them".to_owned()],
-        },
-        Fault {
-            condition: "the players of the model are `us`, `them`: the dump says `them`, `us`",
-            forge: |d| d.manifest.players.reverse(),
-        },
-        Fault {
-            condition: "the players of the model are `us`, `them`: the dump says none",
-            forge: |d| {
+            }),
+            ("`player:them` are the states in which this player chooses", |d| {
+                d.take("player:them", &d.states(&[4]))
+            }),
+            (
+                "the coalition is `us`: the dump was made for `them`; `--coalition them` checks it for these players",
+                |d| d.manifest.coalition = vec!["them".to_owned()],
+            ),
+            ("the players of the model are `us`, `them`: the dump says `them`, `us`", |d| {
+                d.manifest.players.reverse()
+            }),
+            ("the players of the model are `us`, `them`: the dump says none", |d| {
                 d.manifest.players.clear();
                 d.manifest.coalition.clear();
                 d.remove(|name| name.starts_with("player:"));
-            },
-        },
-    ];
-    refuse_for(&BOTH, &faults);
-    let faults = [
-        Fault {
-            condition: "`strategy:sasi:1` are the kept choices that keep winning",
-            forge: |d| d.add("strategy:sasi:1", &d.choices("push", 10)),
-        },
-        Fault {
-            condition: "`strategy:spi:1` are the kept choices that keep winning",
-            forge: |d| d.add("strategy:spi:1", &d.choices("pull", 10)),
-        },
-    ];
-    refuse_for(&[Safety::Action], &faults);
+            }),
+        ]);
+    under(&[Safety::Action]).refuse(&[
+        ("`strategy:sasi:1` are the kept choices that keep winning", |d| {
+            d.add("strategy:sasi:1", &d.choices("push", 10))
+        }),
+        ("`strategy:spi:1` are the kept choices that keep winning", |d| {
+            d.add("strategy:spi:1", &d.choices("pull", 10))
+        }),
+    ]);
 }

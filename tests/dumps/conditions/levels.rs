@@ -3,7 +3,7 @@
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, HISTORIES, cases, refuse};
+use super::{Cases, HISTORIES, cases};
 
 /// Two improvements in a row, each by chance: from 0 and 3 to 1 or 2, and from these to 7 or 8. Certain are only 4
 /// from states 0 and 3, 5 from state 1, and 6 from state 2.
@@ -19,8 +19,8 @@ pub(super) const PREFERENCES: &str = "objective L = F s=4; objective M = F s=5; 
 const WITHOUT_CLASSES: [Safety; 2] = [Safety::Action, Safety::Transition];
 const WITH_CLASSES: [Safety; 1] = [Safety::Prefix];
 
-fn refuse_for(safeties: &[Safety], faults: &[Fault]) {
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, safeties), faults);
+fn under(safeties: &[Safety]) -> Cases {
+    cases(MODEL, PREFERENCES, &HISTORIES, safeties)
 }
 
 /// Makes level 2 the fixpoint, and removes the sets that show that level 3 is empty.
@@ -32,11 +32,10 @@ fn unbounded(draft: &mut Draft, kind: &str) {
 
 #[test]
 fn a_level_that_is_no_fixpoint_is_refused_as_unbounded() {
-    let faults = [
-        Fault { condition: "`sasi:unbounded` is the last level", forge: |d| unbounded(d, "sasi") },
-        Fault { condition: "`spi:unbounded` is the last level", forge: |d| unbounded(d, "spi") },
-    ];
-    refuse_for(Safety::ALL, &faults);
+    under(Safety::ALL).refuse(&[
+        ("`sasi:unbounded` is the last level", |d| unbounded(d, "sasi")),
+        ("`spi:unbounded` is the last level", |d| unbounded(d, "spi")),
+    ]);
 }
 
 /// Makes level 2 the fixpoint as well, with the choices that stay in it and no layers.
@@ -57,28 +56,14 @@ fn repeated(draft: &mut Draft, kind: &str, class: &str) {
 
 #[test]
 fn a_last_level_made_the_fixpoint_is_refused() {
-    let faults = [
-        Fault {
-            condition: "each state of `sasi:unbounded` is in one of its layers",
-            forge: |d| repeated(d, "sasi", ""),
-        },
-        Fault {
-            condition: "each state of `spi:unbounded` is in one of its layers",
-            forge: |d| repeated(d, "spi", ""),
-        },
-    ];
-    refuse_for(&WITHOUT_CLASSES, &faults);
-    let faults = [
-        Fault {
-            condition: "each state of `sasi:unbounded@L` is in one of its layers",
-            forge: |d| repeated(d, "sasi", "@L"),
-        },
-        Fault {
-            condition: "each state of `spi:unbounded@L` is in one of its layers",
-            forge: |d| repeated(d, "spi", "@L"),
-        },
-    ];
-    refuse_for(&WITH_CLASSES, &faults);
+    under(&WITHOUT_CLASSES).refuse(&[
+        ("each state of `sasi:unbounded` is in one of its layers", |d| repeated(d, "sasi", "")),
+        ("each state of `spi:unbounded` is in one of its layers", |d| repeated(d, "spi", "")),
+    ]);
+    under(&WITH_CLASSES).refuse(&[
+        ("each state of `sasi:unbounded@L` is in one of its layers", |d| repeated(d, "sasi", "@L")),
+        ("each state of `spi:unbounded@L` is in one of its layers", |d| repeated(d, "spi", "@L")),
+    ]);
 }
 
 /// Takes level 2 out of the regions. In the certificate it becomes the level after the last one.
@@ -98,101 +83,65 @@ fn leave_out_of_the_class(draft: &mut Draft, kind: &str, rounds: &[&Members]) {
 
 #[test]
 fn a_last_level_left_out_is_missed() {
-    let faults = [
-        Fault {
-            condition: "no state lost in round 0 of `sasi:2` has a safe step out of the round",
-            forge: |d| {
-                leave_out(d, "sasi");
-                d.rounds("sasi:2", &[&d.get("sasi:1")]);
-            },
-        },
-        Fault {
-            condition: "each state outside of `sasi:2` is lost in some round",
-            forge: |d| {
-                leave_out(d, "sasi");
-                d.rounds("sasi:2", &[]);
-            },
-        },
-        Fault {
-            condition: "each state with a step towards `spi:2` is in it",
-            forge: |d| leave_out(d, "spi"),
-        },
-    ];
-    refuse_for(&WITHOUT_CLASSES, &faults);
+    under(&WITHOUT_CLASSES).refuse(&[
+        ("no state lost in round 0 of `sasi:2` has a safe step out of the round", |d| {
+            leave_out(d, "sasi");
+            d.rounds("sasi:2", &[&d.get("sasi:1")]);
+        }),
+        ("each state outside of `sasi:2` is lost in some round", |d| {
+            leave_out(d, "sasi");
+            d.rounds("sasi:2", &[]);
+        }),
+        ("each state with a step towards `spi:2` is in it", |d| leave_out(d, "spi")),
+    ]);
 }
 
 #[test]
 fn a_last_level_left_out_of_a_class_is_missed() {
-    let faults = [
-        Fault { condition: "no state wins `sasi:2`", forge: |d| leave_out(d, "sasi") },
-        Fault { condition: "no state wins `spi:2`", forge: |d| leave_out(d, "spi") },
-        Fault {
-            condition: "no state lost in round 0 of `sasi:2@L` has a safe step out of the round",
-            forge: |d| leave_out_of_the_class(d, "sasi", &[&d.get("sasi:1@L")]),
-        },
-        Fault {
-            condition: "each state outside of `sasi:2@L` is lost in some round",
-            forge: |d| leave_out_of_the_class(d, "sasi", &[]),
-        },
-        Fault {
-            condition: "each state with a step towards `spi:2@L` is in it",
-            forge: |d| leave_out_of_the_class(d, "spi", &[]),
-        },
-    ];
-    refuse_for(&WITH_CLASSES, &faults);
+    under(&WITH_CLASSES).refuse(&[
+        ("no state wins `sasi:2`", |d| leave_out(d, "sasi")),
+        ("no state wins `spi:2`", |d| leave_out(d, "spi")),
+        ("no state lost in round 0 of `sasi:2@L` has a safe step out of the round", |d| {
+            leave_out_of_the_class(d, "sasi", &[&d.get("sasi:1@L")])
+        }),
+        ("each state outside of `sasi:2@L` is lost in some round", |d| {
+            leave_out_of_the_class(d, "sasi", &[])
+        }),
+        ("each state with a step towards `spi:2@L` is in it", |d| leave_out_of_the_class(d, "spi", &[])),
+    ]);
 }
 
 #[test]
 fn each_condition_on_levels_of_classes_is_needed() {
-    let faults = [
-        Fault {
-            condition: "`sasi:2` is what its reference classes win",
-            forge: |d| d.take("sasi:2", &d.states(&[0])),
-        },
-        Fault {
-            condition: "`spi:2` is what its reference classes win",
-            forge: |d| d.take("spi:2", &d.states(&[0])),
-        },
-        Fault {
-            condition: "`strategy:sasi:2` is what its reference classes permit",
-            forge: |d| d.take("strategy:sasi:2", &d.choices("again", 3)),
-        },
-        Fault {
-            condition: "`strategy:spi:2` is what its reference classes permit",
-            forge: |d| d.take("strategy:spi:2", &d.choices("again", 3)),
-        },
-    ];
-    refuse_for(&WITH_CLASSES, &faults);
+    under(&WITH_CLASSES).refuse(&[
+        ("`sasi:2` is what its reference classes win", |d| d.take("sasi:2", &d.states(&[0]))),
+        ("`spi:2` is what its reference classes win", |d| d.take("spi:2", &d.states(&[0]))),
+        ("`strategy:sasi:2` is what its reference classes permit", |d| {
+            d.take("strategy:sasi:2", &d.choices("again", 3))
+        }),
+        ("`strategy:spi:2` is what its reference classes permit", |d| {
+            d.take("strategy:spi:2", &d.choices("again", 3))
+        }),
+    ]);
 }
 
 #[test]
 fn a_strategy_that_lacks_or_adds_choices_is_refused() {
-    let faults = [
-        Fault {
-            condition: "`strategy:sasi:2` are the kept choices that keep winning",
-            forge: |d| d.take("strategy:sasi:2", &d.choices("again", 3)),
-        },
-        Fault {
-            condition: "`strategy:sasi:2` are the kept choices that keep winning",
-            forge: |d| d.add("strategy:sasi:2", &d.choices("sure", 0)),
-        },
-        Fault {
-            condition: "`strategy:spi:2` are the kept choices that keep winning",
-            forge: |d| d.take("strategy:spi:2", &d.choices("again", 3)),
-        },
-    ];
-    refuse_for(&WITHOUT_CLASSES, &faults);
-    let faults = [
-        Fault {
-            condition: "`strategy:sasi:2@L` are the kept choices that keep winning",
-            forge: |d| not_again(d, "sasi"),
-        },
-        Fault {
-            condition: "`strategy:spi:2@L` are the kept choices that keep winning",
-            forge: |d| not_again(d, "spi"),
-        },
-    ];
-    refuse_for(&WITH_CLASSES, &faults);
+    under(&WITHOUT_CLASSES).refuse(&[
+        ("`strategy:sasi:2` are the kept choices that keep winning", |d| {
+            d.take("strategy:sasi:2", &d.choices("again", 3))
+        }),
+        ("`strategy:sasi:2` are the kept choices that keep winning", |d| {
+            d.add("strategy:sasi:2", &d.choices("sure", 0))
+        }),
+        ("`strategy:spi:2` are the kept choices that keep winning", |d| {
+            d.take("strategy:spi:2", &d.choices("again", 3))
+        }),
+    ]);
+    under(&WITH_CLASSES).refuse(&[
+        ("`strategy:sasi:2@L` are the kept choices that keep winning", |d| not_again(d, "sasi")),
+        ("`strategy:spi:2@L` are the kept choices that keep winning", |d| not_again(d, "spi")),
+    ]);
 }
 
 /// Takes a permitted choice out of both strategies.
@@ -204,17 +153,14 @@ fn not_again(draft: &mut Draft, kind: &str) {
 
 #[test]
 fn a_strategy_of_an_empty_level_is_refused() {
-    let faults = [
-        Fault {
-            condition: "`strategy:sasi:unbounded` has no choice, as `sasi:unbounded` has no state",
-            forge: |d| d.set("strategy:sasi:unbounded", d.choices("again", 3)),
-        },
-        Fault {
-            condition: "`strategy:spi:unbounded` has no choice, as `spi:unbounded` has no state",
-            forge: |d| d.set("strategy:spi:unbounded", d.choices("again", 3)),
-        },
-    ];
-    refuse_for(Safety::ALL, &faults);
+    under(Safety::ALL).refuse(&[
+        ("`strategy:sasi:unbounded` has no choice, as `sasi:unbounded` has no state", |d| {
+            d.set("strategy:sasi:unbounded", d.choices("again", 3))
+        }),
+        ("`strategy:spi:unbounded` has no choice, as `spi:unbounded` has no state", |d| {
+            d.set("strategy:spi:unbounded", d.choices("again", 3))
+        }),
+    ]);
 }
 
 /// Adds state 1 to level 2; it has no path to a goal edge of level 2.
@@ -233,50 +179,36 @@ fn too_large_level_1(draft: &mut Draft) {
 
 #[test]
 fn a_level_that_is_too_large_is_refused() {
-    let faults = [
-        Fault { condition: "each state of `sasi:2` is in one of its layers", forge: too_large_level_2 },
-        Fault { condition: "each state of `spi:1` is in one of its layers", forge: too_large_level_1 },
-        Fault {
-            condition: "layer 0 of `sasi:2` are the states at its goal",
-            forge: |d| d.layers("sasi:2", &[&d.get("sasi:2")]),
-        },
-        Fault {
-            condition: "each state in layer 1 of `spi:1` has a step into an earlier layer",
-            forge: |d| {
-                d.set_trend("layers:spi:1:1", None);
-                too_large_level_1(d);
-                d.add("layers:spi:1:1", &d.states(&[4]));
-            },
-        },
-    ];
-    refuse_for(&WITHOUT_CLASSES, &faults);
+    under(&WITHOUT_CLASSES).refuse(&[
+        ("each state of `sasi:2` is in one of its layers", too_large_level_2),
+        ("each state of `spi:1` is in one of its layers", too_large_level_1),
+        ("layer 0 of `sasi:2` are the states at its goal", |d| d.layers("sasi:2", &[&d.get("sasi:2")])),
+        ("each state in layer 1 of `spi:1` has a step into an earlier layer", |d| {
+            d.set_trend("layers:spi:1:1", None);
+            too_large_level_1(d);
+            d.add("layers:spi:1:1", &d.states(&[4]));
+        }),
+    ]);
 }
 
 /// A state without an improvement is said to win level 2 with the lowest class.
 #[test]
 fn a_level_that_is_too_large_in_a_class_is_refused() {
-    let faults = [
-        Fault {
-            condition: "each state of `sasi:2@L` is in one of its layers",
-            forge: |d| {
-                d.add("sasi:2@L", &d.states(&[7]));
-                d.add("strategy:sasi:2@L", &d.choices("stay", 7));
-                let lost = &d.get("sasi:1@L") - &d.get("sasi:2@L");
-                let first = d.states(&[8]);
-                d.rounds("sasi:2@L", &[&first, &(&lost - &first)]);
-                d.rounds("sasi:3@L", &[&d.get("sasi:2@L")]);
-            },
-        },
-        Fault {
-            condition: "each state of `spi:2@L` is in one of its layers",
-            forge: |d| {
-                d.add("spi:2@L", &d.states(&[1, 2, 7]));
-                let ahead = [d.choices("toss", 1), d.choices("toss", 2), d.choices("stay", 7)];
-                ahead.iter().for_each(|choices| d.add("strategy:spi:2@L", choices));
-            },
-        },
-    ];
-    refuse_for(&WITH_CLASSES, &faults);
+    under(&WITH_CLASSES).refuse(&[
+        ("each state of `sasi:2@L` is in one of its layers", |d| {
+            d.add("sasi:2@L", &d.states(&[7]));
+            d.add("strategy:sasi:2@L", &d.choices("stay", 7));
+            let lost = &d.get("sasi:1@L") - &d.get("sasi:2@L");
+            let first = d.states(&[8]);
+            d.rounds("sasi:2@L", &[&first, &(&lost - &first)]);
+            d.rounds("sasi:3@L", &[&d.get("sasi:2@L")]);
+        }),
+        ("each state of `spi:2@L` is in one of its layers", |d| {
+            d.add("spi:2@L", &d.states(&[1, 2, 7]));
+            let ahead = [d.choices("toss", 1), d.choices("toss", 2), d.choices("stay", 7)];
+            ahead.iter().for_each(|choices| d.add("strategy:spi:2@L", choices));
+        }),
+    ]);
 }
 
 /// Adds a level 3 that is empty.
@@ -294,17 +226,10 @@ fn one_more(draft: &mut Draft, kind: &str) {
 
 #[test]
 fn an_empty_level_is_refused() {
-    let faults = [
-        Fault {
-            condition: "`sasi:3` has a state, and fewer than the level below",
-            forge: |d| one_more(d, "sasi"),
-        },
-        Fault {
-            condition: "`spi:3` has a state, and fewer than the level below",
-            forge: |d| one_more(d, "spi"),
-        },
-    ];
-    refuse_for(Safety::ALL, &faults);
+    under(Safety::ALL).refuse(&[
+        ("`sasi:3` has a state, and fewer than the level below", |d| one_more(d, "sasi")),
+        ("`spi:3` has a state, and fewer than the level below", |d| one_more(d, "spi")),
+    ]);
 }
 
 /// Each step around the ring improves or ends in state 3.
@@ -328,27 +253,20 @@ fn a_level_that_is_there_twice_is_refused() {
         }
     };
     let condition = "`spi:2` has a state, and fewer than the level below";
-    refuse(&cases(RING, RING_PREFERENCES, &["history = play;"], Safety::ALL), &[Fault { condition, forge }]);
+    cases(RING, RING_PREFERENCES, &["history = play;"], Safety::ALL).refuse(&[(condition, forge)]);
 }
 
 /// The other conditions imply this one, which is reported first.
 #[test]
 fn levels_that_do_not_decrease_are_refused() {
-    let faults = [
-        Fault {
-            condition: "each state of `sasi:2` is in the level below",
-            forge: |d| d.add("sasi:2", &d.states(&[4])),
-        },
-        Fault {
-            condition: "each state of `spi:2` is in the level below",
-            forge: |d| d.add("spi:2", &d.states(&[4])),
-        },
-    ];
-    refuse_for(Safety::ALL, &faults);
+    under(Safety::ALL).refuse(&[
+        ("each state of `sasi:2` is in the level below", |d| d.add("sasi:2", &d.states(&[4]))),
+        ("each state of `spi:2` is in the level below", |d| d.add("spi:2", &d.states(&[4]))),
+    ]);
 }
 
 #[test]
 fn a_search_that_is_falsely_said_to_be_cut_is_refused() {
     let condition = "the search for levels stopped at the maximum level 3";
-    refuse_for(Safety::ALL, &[Fault { condition, forge: |d| d.manifest.max_level = Some(3) }]);
+    under(Safety::ALL).refuse(&[(condition, |d| d.manifest.max_level = Some(3))]);
 }

@@ -15,22 +15,22 @@ use meliora::dump::Dump;
 use meliora::engine::Scope;
 use meliora::planning::Safety;
 
-use crate::others::case;
-use crate::verify::Case;
+use crate::dumps::others::case;
+use crate::dumps::verify::Case;
 use draft::Draft;
 
 pub(super) const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
 /// Objectives are judged from the present state on, or over whole paths.
 const HISTORIES: [&str; 2] = ["history = state;", "history = play;"];
 
-/// A fault, and the condition that it violates.
-struct Fault {
-    condition: &'static str,
-    forge: fn(&mut Draft),
-}
+/// A condition, and a fault that violates it.
+type Fault = (&'static str, fn(&mut Draft));
+
+/// Honest dumps of a model, each with its options.
+struct Cases(Vec<(String, Case)>);
 
 /// Makes the honest dumps of a model for each of these histories, each scope and each of these safety modes.
-fn cases(model: &str, preferences: &str, histories: &[&str], safeties: &[Safety]) -> Vec<(String, Case)> {
+fn cases(model: &str, preferences: &str, histories: &[&str], safeties: &[Safety]) -> Cases {
     let mut all = Vec::new();
     for history in histories {
         for scope in SCOPES {
@@ -40,18 +40,20 @@ fn cases(model: &str, preferences: &str, histories: &[&str], safeties: &[Safety]
             }
         }
     }
-    all
+    Cases(all)
 }
 
-/// Checks that the honest dumps are accepted, also as the draft writes them, and refused with each fault.
-fn refuse(cases: &[(String, Case)], faults: &[Fault]) {
-    for (options, case) in cases {
-        accepted(case, &case.dump, options);
-        accepted(case, &Draft::of(&case.dump).dump(), options);
-        for Fault { condition, forge } in faults {
-            let mut draft = Draft::of(&case.dump);
-            forge(&mut draft);
-            refused(case, &draft.dump(), condition, options);
+impl Cases {
+    /// Checks that the honest dumps are accepted, also as the draft writes them, and refused with each fault.
+    fn refuse(&self, faults: &[Fault]) {
+        for (options, case) in &self.0 {
+            accepted(case, &case.dump, options);
+            accepted(case, &Draft::of(&case.dump).dump(), options);
+            for (condition, forge) in faults {
+                let mut draft = Draft::of(&case.dump);
+                forge(&mut draft);
+                refused(case, &draft.dump(), condition, options);
+            }
         }
     }
 }

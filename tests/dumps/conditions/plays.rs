@@ -5,7 +5,7 @@
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, cases, refuse};
+use super::{Cases, Fault, cases};
 
 const HISTORY: &[&str] = &["history = play;"];
 
@@ -15,9 +15,9 @@ const LEFT: &str = "mdp module m s:[0..1] init 0; [go] true -> (s'=1); endmodule
 const CHOSEN: &str =
     "mdp module m s:[0..1] init 0; [stay] s=0 -> true; [go] s=0 -> (s'=1); [end] s=1 -> true; endmodule";
 
-fn refuse_for(model: &str, formula: &str, faults: &[Fault]) {
+fn under(model: &str, formula: &str) -> Cases {
     let preferences = format!("objective A = {formula}; objective B = F s>=0; prefer B > A;");
-    refuse(&cases(model, &preferences, HISTORY, Safety::ALL), faults);
+    cases(model, &preferences, HISTORY, Safety::ALL)
 }
 
 /// Replaces the secured region, the layers towards its only mark, and the rounds of the other states.
@@ -57,7 +57,7 @@ fn a_region_that_is_left_is_refused() {
         secure(d, &first, &[&first], &[&last]);
         reach(d, &[&first], [].into());
     };
-    refuse_for(LEFT, "G F s=0", &[Fault { condition, forge }]);
+    under(LEFT, "G F s=0").refuse(&[(condition, forge)]);
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn a_region_without_what_is_always_asked_is_refused() {
         d.set("strategy:secured:A:1", d.get("choices"));
         reach(d, &[&all], [].into());
     };
-    refuse_for(LEFT, "F G s=0", &[Fault { condition, forge }]);
+    under(LEFT, "F G s=0").refuse(&[(condition, forge)]);
 }
 
 #[test]
@@ -81,16 +81,13 @@ fn a_region_from_where_a_mark_is_not_reached_is_refused() {
         d.set("strategy:secured:A:1", d.get("choices"));
         reach(d, &[&all], [].into());
     };
-    let layers = Fault {
-        condition: "layer 0 of `secured:A:1:1` are the states at its goal",
-        forge: |d| {
-            let all = d.get("reachable");
-            secure(d, &all, &[&all], &[]);
-            d.set("strategy:secured:A:1", d.get("choices"));
-            reach(d, &[&all], [].into());
-        },
-    };
-    refuse_for(CHOSEN, "G F s=0", &[Fault { condition, forge }, layers]);
+    let layers: Fault = ("layer 0 of `secured:A:1:1` are the states at its goal", |d| {
+        let all = d.get("reachable");
+        secure(d, &all, &[&all], &[]);
+        d.set("strategy:secured:A:1", d.get("choices"));
+        reach(d, &[&all], [].into());
+    });
+    under(CHOSEN, "G F s=0").refuse(&[(condition, forge), layers]);
 }
 
 #[test]
@@ -98,23 +95,20 @@ fn a_strategy_that_leaves_its_region_is_refused() {
     let condition = "`strategy:secured:A:1` are the choices that stay in `secured:A:1`";
     let more = |d: &mut Draft| d.add("strategy:secured:A:1", &d.choices("go", 0));
     let fewer = |d: &mut Draft| d.take("strategy:secured:A:1", &d.choices("stay", 0));
-    refuse_for(CHOSEN, "G F s=0", &[Fault { condition, forge: more }, Fault { condition, forge: fewer }]);
+    under(CHOSEN, "G F s=0").refuse(&[(condition, more), (condition, fewer)]);
 }
 
 #[test]
 fn a_region_that_is_too_small_is_refused() {
-    let faults = [
-        Fault {
-            condition: "paths that stay in round 0 of `secured:A:1` violate a condition that must hold infinitely often",
-            forge: |d| nothing(d, &[&d.get("reachable")]),
-        },
-        Fault {
-            condition: "each state outside of `secured:A:1` is lost in some round",
-            forge: |d| nothing(d, &[]),
-        },
+    let faults: &[Fault] = &[
+        (
+            "paths that stay in round 0 of `secured:A:1` violate a condition that must hold infinitely often",
+            |d| nothing(d, &[&d.get("reachable")]),
+        ),
+        ("each state outside of `secured:A:1` is lost in some round", |d| nothing(d, &[])),
     ];
-    refuse_for(CHOSEN, "G F s=0", &faults);
-    refuse_for(CHOSEN, "F G s=0", &faults);
+    under(CHOSEN, "G F s=0").refuse(faults);
+    under(CHOSEN, "F G s=0").refuse(faults);
     let condition = "no state lost in round 0 of `secured:A:1` has a safe step out of the round";
     let forge = |d: &mut Draft| {
         let (first, last) = (d.states(&[0]), d.states(&[1]));
@@ -122,5 +116,5 @@ fn a_region_that_is_too_small_is_refused() {
         d.set("strategy:secured:A:1", d.choices("go", 1));
         reach(d, &[&last, &first], d.choices("go", 0));
     };
-    refuse_for(LEFT, "G F s=1", &[Fault { condition, forge }]);
+    under(LEFT, "G F s=1").refuse(&[(condition, forge)]);
 }

@@ -3,7 +3,7 @@
 use meliora::planning::Safety;
 
 use super::draft::Draft;
-use super::{Fault, HISTORIES, cases, refuse};
+use super::{HISTORIES, cases};
 
 /// Both choices of state 0 weaken its class: each loses one of two objectives, and a lesser one takes its place.
 pub(super) const MODEL: &str =
@@ -20,43 +20,33 @@ fn nowhere(draft: &mut Draft) {
 
 #[test]
 fn each_condition_on_safe_regions_is_needed() {
-    let faults = [
-        Fault {
-            condition: "no state of `safe:A+X` weakens the class",
-            forge: |d| {
-                let all = d.get("reachable");
-                d.set("safe:A+X", all.clone());
-                d.rounds("safe:A+X", &[]);
-                d.rounds("sasi:1@A+X", &[&all]);
-            },
-        },
-        Fault {
-            condition: "each state of `safe:A+C` has a choice that stays in it",
-            forge: |d| {
-                let first = d.states(&[0]);
-                d.set("safe:A+C", first.clone());
-                d.rounds("safe:A+C", &[&d.others(&first)]);
-                d.set("sasi:1@A+C", [].into());
-                d.rounds("sasi:1@A+C", &[&first]);
-                d.set("spi:1@A+C", [].into());
-            },
-        },
-        Fault {
-            condition: "each state lost in round 0 of `safe:A+X` weakens, or must risk an earlier round",
-            forge: |d| {
-                nowhere(d);
-                d.rounds("safe:A+X", &[&d.get("reachable")]);
-            },
-        },
-        Fault { condition: "each state outside of `safe:A+X` is lost in some round", forge: nowhere },
-    ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]), &faults);
+    cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]).refuse(&[
+        ("no state of `safe:A+X` weakens the class", |d| {
+            let all = d.get("reachable");
+            d.set("safe:A+X", all.clone());
+            d.rounds("safe:A+X", &[]);
+            d.rounds("sasi:1@A+X", &[&all]);
+        }),
+        ("each state of `safe:A+C` has a choice that stays in it", |d| {
+            let first = d.states(&[0]);
+            d.set("safe:A+C", first.clone());
+            d.rounds("safe:A+C", &[&d.others(&first)]);
+            d.set("sasi:1@A+C", [].into());
+            d.rounds("sasi:1@A+C", &[&first]);
+            d.set("spi:1@A+C", [].into());
+        }),
+        ("each state lost in round 0 of `safe:A+X` weakens, or must risk an earlier round", |d| {
+            nowhere(d);
+            d.rounds("safe:A+X", &[&d.get("reachable")]);
+        }),
+        ("each state outside of `safe:A+X` is lost in some round", nowhere),
+    ]);
 }
 
 /// The class of state 0 has no safe state, and so no levels.
 #[test]
 fn a_class_that_is_never_safe_is_accepted() {
-    for (options, case) in cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]) {
+    for (options, case) in cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]).0 {
         let draft = Draft::of(&case.dump);
         assert_eq!(draft.get("class:A+C"), draft.states(&[0]));
         assert_eq!(draft.get("safe:A+C"), [].into());

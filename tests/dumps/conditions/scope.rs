@@ -4,7 +4,7 @@ use meliora::engine::Scope;
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, HISTORIES, case, cases, refuse, refused};
+use super::{HISTORIES, case, cases, refused};
 
 /// State 2 has a step to state 1 and no predecessor; state 1 is a deadlock. Two bits also encode 3, which is not a
 /// value.
@@ -13,22 +13,12 @@ const PREFERENCES: &str = "objective A = F s=1; objective B = F s>=0; prefer B >
 
 #[test]
 fn each_condition_on_what_the_model_says_is_needed() {
-    let faults = [
-        Fault { condition: "`initial` are the initial states", forge: |d| d.set("initial", d.states(&[1])) },
-        Fault {
-            condition: "`choices` are the enabled ones",
-            forge: |d| d.take("choices", &d.choices("go", 0)),
-        },
-        Fault {
-            condition: "`deadlock` are the states where nothing is enabled",
-            forge: |d| d.set("deadlock", [].into()),
-        },
-        Fault {
-            condition: "`deadlock` are the states where nothing is enabled",
-            forge: |d| d.add("deadlock", &d.states(&[0])),
-        },
-    ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
+    cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL).refuse(&[
+        ("`initial` are the initial states", |d| d.set("initial", d.states(&[1]))),
+        ("`choices` are the enabled ones", |d| d.take("choices", &d.choices("go", 0))),
+        ("`deadlock` are the states where nothing is enabled", |d| d.set("deadlock", [].into())),
+        ("`deadlock` are the states where nothing is enabled", |d| d.add("deadlock", &d.states(&[0]))),
+    ]);
 }
 
 /// The dump of the scope `reachable` under a manifest that says `all`.
@@ -100,18 +90,11 @@ fn no_values(draft: &Draft) -> Members {
 /// scope.
 #[test]
 fn all_sets_are_within_the_scope() {
-    let faults = [
-        Fault {
-            condition: "each state of `spi:1@B` is one of `reachable`",
-            forge: |d| d.add("spi:1@B", &no_values(d)),
-        },
-        Fault {
-            condition: "each state of `sasi:1@B` is one of `reachable`",
-            forge: |d| d.add("sasi:1@B", &no_values(d)),
-        },
-    ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]), &faults);
+    cases(MODEL, PREFERENCES, &HISTORIES, &[Safety::Prefix]).refuse(&[
+        ("each state of `spi:1@B` is one of `reachable`", |d| d.add("spi:1@B", &no_values(d))),
+        ("each state of `sasi:1@B` is one of `reachable`", |d| d.add("sasi:1@B", &no_values(d))),
+    ]);
     let condition = "each state of `reachable` has values in range";
     let forge = |d: &mut Draft| d.add("reachable", &no_values(d));
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &[Fault { condition, forge }]);
+    cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL).refuse(&[(condition, forge)]);
 }

@@ -8,7 +8,7 @@ use meliora::model::trend::Trend;
 use meliora::planning::Safety;
 
 use super::draft::{Draft, Members};
-use super::{Fault, HISTORIES, cases, refuse};
+use super::{HISTORIES, cases};
 
 /// State 1 is the target. States 2 and 3 lead to each other. States 4 and 5 lead to each other or to the target, by
 /// chance; states 6 and 7 in the same way to each other or to state 2.
@@ -32,21 +32,15 @@ fn trapped(draft: &mut Draft, trend: Option<Trend>) {
 /// States that lead to each other, and not to the target, are said to reach it.
 #[test]
 fn no_cycle_is_a_layer() {
-    let faults = [
-        Fault {
-            condition: "each state in layer 3 of `positive:A` has a step into an earlier layer",
-            forge: |d| trapped(d, None),
-        },
-        Fault {
-            condition: "each state in layer 3 of `positive:A` has a falling step into this layer or an earlier one",
-            forge: |d| trapped(d, Some(Trend::Falling)),
-        },
-        Fault {
-            condition: "each state in layer 3 of `positive:A` has a rising step into this layer or an earlier one",
-            forge: |d| trapped(d, Some(Trend::Rising)),
-        },
-    ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
+    cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL).refuse(&[
+        ("each state in layer 3 of `positive:A` has a step into an earlier layer", |d| trapped(d, None)),
+        ("each state in layer 3 of `positive:A` has a falling step into this layer or an earlier one", |d| {
+            trapped(d, Some(Trend::Falling))
+        }),
+        ("each state in layer 3 of `positive:A` has a rising step into this layer or an earlier one", |d| {
+            trapped(d, Some(Trend::Rising))
+        }),
+    ]);
 }
 
 /// States that may return to each other before they reach the target are said to be lost.
@@ -62,12 +56,11 @@ fn lost(draft: &mut Draft, trend: Option<Trend>) {
 #[test]
 fn no_cycle_is_a_round() {
     const CONDITION: &str = "no state lost in round 0 of `almost-sure:A` has a safe step out of the round";
-    let faults = [
-        Fault { condition: CONDITION, forge: |d| lost(d, None) },
-        Fault { condition: CONDITION, forge: |d| lost(d, Some(Trend::Falling)) },
-        Fault { condition: CONDITION, forge: |d| lost(d, Some(Trend::Rising)) },
-    ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
+    cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL).refuse(&[
+        (CONDITION, |d| lost(d, None)),
+        (CONDITION, |d| lost(d, Some(Trend::Falling))),
+        (CONDITION, |d| lost(d, Some(Trend::Rising))),
+    ]);
 }
 
 const OWN_ORDER: &str =
@@ -77,51 +70,33 @@ const OWN_ORDER: &str =
 fn trends_without_meaning_are_refused() {
     const ORDER: &str =
         "the certificate orders each variable of the model once if a layer or round has a trend, else none";
-    let faults = [
-        Fault {
-            condition: "layer 0 of `positive:A` has no trend",
-            forge: |d| d.set_trend("layers:positive:A:0", Some(Trend::Rising)),
-        },
-        Fault {
-            condition: "`target:A` has no trend: it is neither a layer nor a round",
-            forge: |d| d.set_trend("target:A", Some(Trend::Falling)),
-        },
-        Fault { condition: ORDER, forge: |d| d.manifest.certificate.as_mut().unwrap().order.clear() },
-        Fault {
-            condition: ORDER,
-            forge: |d| {
-                let order = &mut d.manifest.certificate.as_mut().unwrap().order;
-                order[0].variable = "z".to_owned();
-            },
-        },
-        Fault {
-            condition: ORDER,
-            forge: |d| {
-                let order = &mut d.manifest.certificate.as_mut().unwrap().order;
-                order.push(order[0].clone());
-            },
-        },
-        Fault {
-            condition: "only the certificate orders the variables",
-            forge: |d| d.manifest.regions.order.clone_from(&d.manifest.certificate.as_ref().unwrap().order),
-        },
-        Fault {
-            condition: "only the certificate orders the variables",
-            forge: |d| {
-                let order = &d.manifest.certificate.as_ref().unwrap().order;
-                d.manifest.regions.order_of_rounds.clone_from(order);
-            },
-        },
-        Fault {
-            condition: OWN_ORDER,
-            forge: |d| {
-                let proof = d.manifest.certificate.as_mut().unwrap();
-                proof.order_of_rounds = [&proof.order[..], &proof.order].concat();
-                d.set_trend("refuted:almost-sure:A:0", Some(Trend::Rising));
-            },
-        },
-    ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
+    cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL).refuse(&[
+        ("layer 0 of `positive:A` has no trend", |d| d.set_trend("layers:positive:A:0", Some(Trend::Rising))),
+        ("`target:A` has no trend: it is neither a layer nor a round", |d| {
+            d.set_trend("target:A", Some(Trend::Falling))
+        }),
+        (ORDER, |d| d.manifest.certificate.as_mut().unwrap().order.clear()),
+        (ORDER, |d| {
+            let order = &mut d.manifest.certificate.as_mut().unwrap().order;
+            order[0].variable = "z".to_owned();
+        }),
+        (ORDER, |d| {
+            let order = &mut d.manifest.certificate.as_mut().unwrap().order;
+            order.push(order[0].clone());
+        }),
+        ("only the certificate orders the variables", |d| {
+            d.manifest.regions.order.clone_from(&d.manifest.certificate.as_ref().unwrap().order)
+        }),
+        ("only the certificate orders the variables", |d| {
+            let order = &d.manifest.certificate.as_ref().unwrap().order;
+            d.manifest.regions.order_of_rounds.clone_from(order);
+        }),
+        (OWN_ORDER, |d| {
+            let proof = d.manifest.certificate.as_mut().unwrap();
+            proof.order_of_rounds = [&proof.order[..], &proof.order].concat();
+            d.set_trend("refuted:almost-sure:A:0", Some(Trend::Rising));
+        }),
+    ]);
 }
 
 #[test]
@@ -131,18 +106,17 @@ fn orders_of_values_without_meaning_are_refused() {
         order.iter_mut().find(|digit| digit.variable == "s").unwrap().values = values.to_vec();
     }
     const CONDITION: &str = "an order of the values of `s` has each of them once";
-    let faults = [
-        Fault { condition: CONDITION, forge: |d| values(d, &[0, 1, 2, 3, 4, 5, 6]) },
-        Fault { condition: CONDITION, forge: |d| values(d, &[0, 1, 2, 3, 4, 5, 6, 8]) },
-        Fault { condition: CONDITION, forge: |d| values(d, &[0, 1, 2, 3, 4, 5, 6, 7, 7]) },
-        Fault { condition: CONDITION, forge: |d| values(d, &[-1, 1, 2, 3, 4, 5, 6, 7]) },
-    ];
-    refuse(&cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL), &faults);
+    cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL).refuse(&[
+        (CONDITION, |d| values(d, &[0, 1, 2, 3, 4, 5, 6])),
+        (CONDITION, |d| values(d, &[0, 1, 2, 3, 4, 5, 6, 8])),
+        (CONDITION, |d| values(d, &[0, 1, 2, 3, 4, 5, 6, 7, 7])),
+        (CONDITION, |d| values(d, &[-1, 1, 2, 3, 4, 5, 6, 7])),
+    ]);
 }
 
 #[test]
 fn an_order_of_rounds_without_a_round_that_needs_it_is_refused() {
-    for (options, case) in cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL) {
+    for (options, case) in cases(MODEL, PREFERENCES, &HISTORIES, Safety::ALL).0 {
         let mut draft = Draft::of(&case.dump);
         draft.without_trends("refuted:");
         let mut dump = draft.dump();
@@ -155,7 +129,7 @@ fn an_order_of_rounds_without_a_round_that_needs_it_is_refused() {
 /// Layers by distance, and rounds without trends, are what dumps had before.
 #[test]
 fn layers_by_distance_are_accepted() {
-    for (options, case) in cases(MODEL, PREFERENCES, &["history = state;"], Safety::ALL) {
+    for (options, case) in cases(MODEL, PREFERENCES, &["history = state;"], Safety::ALL).0 {
         let mut draft = Draft::of(&case.dump);
         let (target, cycle, first) = (draft.get("target:A"), draft.states(&[4, 5]), draft.states(&[0]));
         draft.layers("positive:A", &[&target, &cycle, &first]);
@@ -181,7 +155,7 @@ const GAME_PREFERENCES: &str = "objective A = F x=3; objective B = F x>=0; prefe
 /// trends.
 fn refuse_all_orders(condition: &str, forge: impl Fn(&mut Draft, Vec<Digit>, Trend)) {
     let safeties = [Safety::Action, Safety::Prefix];
-    for (options, case) in cases(GAME, GAME_PREFERENCES, &["history = state;"], &safeties) {
+    for (options, case) in cases(GAME, GAME_PREFERENCES, &["history = state;"], &safeties).0 {
         super::accepted(&case, &case.dump, &options);
         for variables in [["x", "t"], ["t", "x"]] {
             for directions in 0..16 {

@@ -12,11 +12,11 @@ use meliora::export::read_shield;
 use meliora::planning::Safety;
 
 use super::draft::Draft;
-use super::{Fault, HISTORIES, SCOPES, accepted, cases, levels, refuse, refused, safe};
-use crate::others::read;
-use crate::verify::Case;
+use super::{Cases, HISTORIES, SCOPES, accepted, cases, levels, refused, safe};
+use crate::dumps::others::read;
+use crate::dumps::verify::Case;
 
-fn all_cases(model: &str, preferences: &str) -> Vec<(String, Case)> {
+fn all_cases(model: &str, preferences: &str) -> Cases {
     cases(model, preferences, &HISTORIES, Safety::ALL)
 }
 
@@ -25,8 +25,8 @@ fn all_cases(model: &str, preferences: &str) -> Vec<(String, Case)> {
 fn a_verdict_lists_each_region_once() {
     let ring = cases(levels::RING, levels::RING_PREFERENCES, &["history = play;"], Safety::ALL);
     let others = [(levels::MODEL, levels::PREFERENCES), (safe::MODEL, safe::PREFERENCES)];
-    let others = others.into_iter().flat_map(|(model, preferences)| all_cases(model, preferences));
-    for (options, case) in others.chain(ring) {
+    let others = others.into_iter().flat_map(|(model, preferences)| all_cases(model, preferences).0);
+    for (options, case) in others.chain(ring.0) {
         let manifest = &case.dump.manifest;
         let safe = &manifest.certificate.as_ref().unwrap().roots;
         let safe = safe.iter().filter(|root| root.name.starts_with("safe:"));
@@ -94,27 +94,17 @@ fn file(dump: &mut Dump, certificate: bool) -> (&mut File, &mut Diagram) {
 
 #[test]
 fn sets_that_no_check_asks_for_are_refused() {
-    let faults = [
-        Fault {
-            condition: "`sasi:9` belongs to a dump with these options",
-            forge: |d| d.set("sasi:9", d.get("reachable")),
-        },
-        Fault {
-            condition: "`strategy:spi:9` belongs to a dump with these options",
-            forge: |d| d.set("strategy:spi:9", [].into()),
-        },
-        Fault {
-            condition: "`safe:nobody` belongs to a dump with these options",
-            forge: |d| d.set("safe:nobody", [].into()),
-        },
-    ];
-    refuse(&all_cases(levels::MODEL, levels::PREFERENCES), &faults);
+    all_cases(levels::MODEL, levels::PREFERENCES).refuse(&[
+        ("`sasi:9` belongs to a dump with these options", |d| d.set("sasi:9", d.get("reachable"))),
+        ("`strategy:spi:9` belongs to a dump with these options", |d| d.set("strategy:spi:9", [].into())),
+        ("`safe:nobody` belongs to a dump with these options", |d| d.set("safe:nobody", [].into())),
+    ]);
 }
 
 /// The count is that of the choices that the model has.
 #[test]
 fn choices_that_the_model_does_not_have_are_refused() {
-    for (options, case) in all_cases(levels::MODEL, levels::PREFERENCES) {
+    for (options, case) in all_cases(levels::MODEL, levels::PREFERENCES).0 {
         let mut draft = Draft::of(&case.dump);
         let past = draft.manifest.choices.numbers.len() as i64;
         assert!(past < 1 << draft.manifest.choices.order.len(), "all numbers are of choices");
@@ -130,18 +120,15 @@ fn choices_that_the_model_does_not_have_are_refused() {
 
 #[test]
 fn sets_that_a_check_needs_are_missed() {
-    let faults = [
-        Fault { condition: "the dump has the region `reachable`", forge: |d| d.remove(|n| n == "reachable") },
-        Fault {
-            condition: "the dump has `sasi:unbounded`, a set of states, which this check needs",
-            forge: |d| d.remove(|name| name == "sasi:unbounded"),
-        },
-        Fault {
-            condition: "the dump has `strategy:spi:1`, a set of choices, which this check needs",
-            forge: |d| d.remove(|name| name == "strategy:spi:1"),
-        },
-    ];
-    refuse(&all_cases(levels::MODEL, levels::PREFERENCES), &faults);
+    all_cases(levels::MODEL, levels::PREFERENCES).refuse(&[
+        ("the dump has the region `reachable`", |d| d.remove(|n| n == "reachable")),
+        ("the dump has `sasi:unbounded`, a set of states, which this check needs", |d| {
+            d.remove(|name| name == "sasi:unbounded")
+        }),
+        ("the dump has `strategy:spi:1`, a set of choices, which this check needs", |d| {
+            d.remove(|name| name == "strategy:spi:1")
+        }),
+    ]);
 }
 
 #[test]

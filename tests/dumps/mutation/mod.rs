@@ -19,7 +19,7 @@ use meliora::planning::Safety;
 use rand::SeedableRng;
 use rand::rngs::ChaCha8Rng;
 
-use crate::amount::share;
+use crate::common::amount::share;
 
 pub(crate) use edits::toggled;
 use edits::{EDITS, HARMLESS, byte, field, proof, without};

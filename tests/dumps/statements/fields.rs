@@ -3,7 +3,7 @@
 use serde_json::{Value as Json, json};
 
 use super::{Counts, Place, places};
-use crate::amount::share;
+use crate::common::amount::share;
 
 /// Fields that nothing proves: any text is accepted.
 const INFORMATIVE: &[&str] = meliora::certify::INFORMATIVE;

@@ -16,8 +16,8 @@ use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
 use meliora::dump::{Dump, Manifest};
 use meliora::planning::Safety;
 
-use crate::amount::takes;
-use crate::mutation::{Named, Shop, sealed, text};
+use crate::common::amount::takes;
+use crate::dumps::mutation::{Named, Shop, sealed, text};
 
 /// A dump in a directory, with the model that it was made from.
 struct Place {

@@ -6,8 +6,8 @@ use meliora::dump::manifest::{File, Root, RootKind};
 use meliora::dump::{Diagram, Dump, Edge};
 
 use super::{Counts, Place, places};
-use crate::amount::share;
-use crate::mutation::toggled;
+use crate::common::amount::share;
+use crate::dumps::mutation::toggled;
 
 type Part = for<'d> fn(&'d mut Dump) -> (&'d mut File, &'d mut Diagram);
 

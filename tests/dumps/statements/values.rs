@@ -8,10 +8,10 @@ use meliora::model::exact::Ratio;
 use meliora::planning::Safety;
 
 use super::{Counts, GAME, SIDES};
-use crate::amount::{share, takes};
-use crate::mutation::sealed;
-use crate::values::{Case, example};
-use crate::values_of_games::{CYCLES, GOALS};
+use crate::common::amount::{share, takes};
+use crate::dumps::mutation::sealed;
+use crate::dumps::values::{Case, example};
+use crate::dumps::values_of_games::{CYCLES, GOALS};
 
 fn double(x: f64) -> Number {
     Number::Double(x)

@@ -7,8 +7,8 @@ use meliora::model::{Program, State};
 use proptest::prelude::*;
 
 use super::write;
-use crate::brute::valuations;
-use crate::random_program::random_program;
+use crate::common::brute::valuations;
+use crate::common::random_program::random_program;
 
 /// Returns the sorted successors of all choices without action names; none for an error.
 fn outcomes(steps: Result<Vec<Step>, StepError>) -> Option<Vec<Vec<(State, f64)>>> {
@@ -23,7 +23,7 @@ fn read(program: &Program) -> Program {
 }
 
 proptest! {
-    #![proptest_config(crate::amount::random(300))]
+    #![proptest_config(crate::common::amount::random(300))]
     #[test]
     fn written_and_read_again_programs_do_the_same(numbers in prop::collection::vec(any::<u16>(), 0..150),
                                                    faulty in any::<bool>()) {

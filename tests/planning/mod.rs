@@ -2,32 +2,21 @@
 //! engines of the library.
 
 mod achieving;
-#[allow(dead_code, reason = "each program takes a part")]
-#[path = "../common/amount.rs"]
-mod amount;
 mod chains;
 mod choosing;
 mod commitments;
-#[path = "../common/coverage.rs"]
-mod coverage;
 mod differential;
 mod embed;
-#[path = "../common/engines.rs"]
-mod engines;
 mod examples;
 mod factory;
 mod fewest_steps;
 mod generate;
-#[path = "../common/graphs.rs"]
-mod graphs;
 mod hard_quantities;
 mod induced;
 mod joint;
 mod larger;
 mod literal;
 mod loaded;
-#[path = "../common/factory.rs"]
-mod machines;
 mod names;
 mod phases;
 mod plays;
@@ -65,7 +54,7 @@ pub(crate) struct Case {
 
 impl Case {
     pub(crate) fn engine(&self) -> Arc<Tiny> {
-        Arc::new(Tiny::new(self.mdp.clone(), &self.targets))
+        Arc::new(Tiny::new(&self.mdp, &self.targets))
     }
 
     pub(crate) fn preferences(&self, engine: &Tiny, empty: Empty) -> Arc<Preferences> {

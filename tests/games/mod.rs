@@ -1,20 +1,12 @@
 //! Turn-based games: against all strategies of both sides, against the model with one player, and one
 //! engine against the other.
 
-#[allow(dead_code, reason = "each program takes a part")]
-#[path = "../common/amount.rs"]
-mod amount;
 mod certificates;
 mod dumps;
 mod levels;
 mod library;
 mod moves;
 mod one_player;
-#[path = "../common/random_game.rs"]
-mod random_game;
-#[path = "../common/random_program.rs"]
-#[allow(dead_code, unreachable_pub, reason = "each user takes a part")]
-mod random_program;
 mod raw;
 mod regions;
 mod shields;

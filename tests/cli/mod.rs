@@ -1,9 +1,6 @@
 //! The command line as users see it: standard output, standard error and exit statuses.
 
 mod aims;
-#[allow(dead_code, reason = "each program takes a part")]
-#[path = "../common/amount.rs"]
-mod amount;
 mod answers;
 mod at;
 mod boxes;
@@ -24,8 +21,6 @@ mod forms;
 mod game_report;
 mod games;
 mod generate;
-#[path = "../common/graphs.rs"]
-mod graphs;
 mod initial;
 mod jani;
 mod jani_names;
@@ -34,9 +29,6 @@ mod json;
 mod json_page;
 #[cfg(unix)]
 mod limits;
-#[path = "../common/factory.rs"]
-#[allow(dead_code, reason = "the objectives over paths are for other tests")]
-mod machines;
 mod memory;
 mod memory_policies;
 mod mix;
