@@ -125,7 +125,16 @@ class Model:
     def from_pddl(
         domain: _Path, problem: _Path, *, timeout: _Timeout | None = None, progress: _Progress | None = None
     ) -> Model:
-        """."""
+        """Reads a planning problem in PDDL: two files, in any order. See `ask` for whether a plan exists.
+
+        Args:
+            domain, problem: The files.
+            timeout, progress: As in `from_file`.
+
+        Raises:
+            InputError: A text is invalid, or has something that is not supported.
+            OSError: A file cannot be read.
+        """
     @staticmethod
     def from_umb(
         source: _Path | bytes, *, timeout: _Timeout | None = None, progress: _Progress | None = None
@@ -336,11 +345,29 @@ class Model:
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
     ) -> ReachProperties:
-        """."""
+        """Answers properties in the initial states, as `meliora reach --property` does: conditions on states, whose
+        operators ask for probabilities, rewards, several objectives at once, filters. Properties share their regions. The
+        states are not explored where the answers need only some of them.
+
+        Args:
+            properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these; None
+                for the goal of a planning problem.
+            require: Safe formulas such as 'G x < 3' that every strategy must keep.
+            precision: The largest width of the bounds of a number, relative to the number above 1.
+            engine: "auto" (default): the first way to end has the answer.
+            scope, memory, order, timeout, progress: As in `explore`. Of several properties, each has a share of the time.
+
+        Returns:
+            The answer as a dictionary, or a list of these. One of several that has no answer has a `reason`.
+
+        Raises:
+            InputError: A text is wrong, or the only property cannot be answered.
+            LimitError: A limit was reached; its `known["properties"]` has the answers so far.
+        """
     @overload
     def ask(
         self,
-        properties: Sequence[str],
+        properties: list[str] | tuple[str, ...],
         *,
         require: Sequence[str] | None = None,
         precision: float = 1e-6,
@@ -350,7 +377,26 @@ class Model:
         order: _Order | None = None,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> list[ReachProperties]: ...
+    ) -> list[ReachProperties]:
+        """Answers properties in the initial states, as `meliora reach --property` does: conditions on states, whose
+        operators ask for probabilities, rewards, several objectives at once, filters. Properties share their regions. The
+        states are not explored where the answers need only some of them.
+
+        Args:
+            properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these; None
+                for the goal of a planning problem.
+            require: Safe formulas such as 'G x < 3' that every strategy must keep.
+            precision: The largest width of the bounds of a number, relative to the number above 1.
+            engine: "auto" (default): the first way to end has the answer.
+            scope, memory, order, timeout, progress: As in `explore`. Of several properties, each has a share of the time.
+
+        Returns:
+            The answer as a dictionary, or a list of these. One of several that has no answer has a `reason`.
+
+        Raises:
+            InputError: A text is wrong, or the only property cannot be answered.
+            LimitError: A limit was reached; its `known["properties"]` has the answers so far.
+        """
     def _repr_html_(self) -> str: ...
 
 @final
