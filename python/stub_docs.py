@@ -41,9 +41,13 @@ def stub_with_docs(text: str) -> str:
     lines = text.split("\n")
     for node in reversed([node for node in ast.parse(text).body if isinstance(node, ast.ClassDef)]):
         cls = getattr(_native, node.name)
-        for method in reversed([method for method in node.body if isinstance(method, ast.FunctionDef)]):
+        methods = [method for method in node.body if isinstance(method, ast.FunctionDef)]
+        # The first of several signatures has the docstring.
+        first = {method.name: method for method in reversed(methods)}
+        for method in reversed(methods):
             if not method.name.startswith("_"):
-                documented(method, inspect.getdoc(getattr(cls, method.name)), lines)
+                doc = inspect.getdoc(getattr(cls, method.name)) if first[method.name] is method else None
+                documented(method, doc, lines)
         documented(node, inspect.getdoc(cls), lines)
     return "\n".join(lines)
 

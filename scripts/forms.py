@@ -2,7 +2,7 @@
 """Asks questions in several forms: what can be asked, and how long it takes, must not depend on how it is written.
 
 usage: forms.py [SOURCE…] [--root FOLDER] [--count 40] [--seed 0] [--limit 20] [--floor 0.2] [--ratio 1.3]
-                [--meliora BINARY]
+                [--meliora BINARY] [--python INTERPRETER]
 
 Each SOURCE is a collection as for regret.py: models with targets, of which each is asked with one of several operators.
 A folder with PDDL files named domain*.pddl and others is one of planning problems, which are asked for their goals. Without a
@@ -18,6 +18,7 @@ source, the questions are about the models of this repository, games and JANI am
 | file | a property file with P alone |
 | next to a hard one | a property file with P and a property that takes very long; only its answer counts |
 | jani | a property of the model in JANI, where the target can be copied to it |
+| python | `Model.ask(P)` of the package, which INTERPRETER imports |
 
 Every form must have the same answer, or none has one within --limit seconds of processor time. The processor time of each
 is at most --ratio times that of the quickest; times below --floor count as --floor.
@@ -138,6 +139,29 @@ def forms(asked: Asked, folder: Path) -> dict[str, list[str]]:
     return made
 
 
+# The form in Python: the arguments are the limit, the property, the constants and the files.
+ASK = """
+import json, sys, time
+import meliora
+begin, (limit, text, constants, *files) = time.process_time(), sys.argv[1:]
+given = {name: json.loads(value) for name, value in (part.split("=") for part in constants.split(",") if part)}
+read = meliora.Model.from_pddl if len(files) > 1 else meliora.Model.from_file
+model = read(*files) if len(files) > 1 else read(*files, constants=given)
+try:
+    found = [model.ask(text, timeout=limit + "s", memory="3GiB")]
+except meliora.errors.LimitError as error:
+    found = error.known["properties"]
+print(json.dumps({"properties": found, "seconds": time.process_time() - begin}))
+"""
+
+
+def in_python(asked: Asked, python: str, limit: float) -> harness.Finished:
+    """Runs the form in Python."""
+    constants = next((value for name, value in zip(asked.options, asked.options[1:]) if name in ("-c", "--const")), "")
+    arguments = [f"{limit:.0f}", asked.text, constants, *asked.model]
+    return harness.run([python, "-c", ASK, *arguments], 4.0 * limit)
+
+
 def with_property(asked: Asked) -> dict[str, Any]:
     """The JANI model with the property."""
     model = json.loads(Path(asked.model[0]).read_text(encoding="utf-8-sig"))
@@ -185,6 +209,10 @@ def checked(asked: Asked, options: argparse.Namespace, meliora: str, folder: Pat
             told(name, wrong, "not answered")
             return wrong
         runs[form] = (answer(harness.json_object(run.stdout)), max(run.cpu_seconds, options.floor))
+    if options.python:
+        run = in_python(asked, options.python, options.limit)
+        report = harness.json_object(run.stdout) or {}
+        runs["python"] = (answer(report), max(report.get("seconds", run.cpu_seconds), options.floor))
     wanted = next((found for found, _ in runs.values() if found is not None), None)
     timed = {form: seconds for form, (_, seconds) in runs.items() if form != "next to a hard one"}
     quickest = min(timed.values())
@@ -211,6 +239,7 @@ def main() -> int:
     parser.add_argument("--floor", type=float, default=0.2)
     parser.add_argument("--ratio", type=float, default=1.3)
     parser.add_argument("--meliora")
+    parser.add_argument("--python", help="an interpreter that imports the package")
     options = parser.parse_args()
     meliora, rng = harness.find_meliora(options.meliora), random.Random(options.seed)
     with tempfile.TemporaryDirectory() as home:

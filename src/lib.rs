@@ -113,7 +113,7 @@ pub mod tutorial;
 pub use embed::Drawing;
 #[doc(inline)]
 pub use embed::{
-    Analysis, Ask, Asked, Exploration, Listing, Model, Projection, Reached, Sizes, States, Wanted,
+    Analysis, Ask, AskResult, Exploration, Listing, Model, Projection, Properties, Reached, States, Wanted,
 };
 #[doc(inline)]
 pub use meliora_base::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
@@ -237,7 +237,9 @@ pub mod quantities {
 pub mod question {
     #[doc(inline)]
     pub use meliora_question::{
-        Asking, Goal, Required, Stopping, Target, Under, check_start, evaluate, plan,
+        Answer, Answers, Asking, Goal, Job, Listener, Options, Questions, Required, Stopping, Strategies,
+        Target, Under, WantedStrategies, Warning, answers, check_start, evaluate, list, pipeline, plan, race,
+        regions,
     };
 }
 

@@ -1,10 +1,12 @@
 //! Questions to models.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use meliora::Settings;
 use meliora::engine::Selection;
+use meliora::question::WantedStrategies;
 use meliora::supervise::Reporter;
+use meliora::{Limit, Properties, Settings, SourceFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use serde_json::to_string;
@@ -13,15 +15,15 @@ use crate::analysis::Analysis;
 use crate::errors::{Failure, usage};
 use crate::exploration::{Exploration, Reachability};
 use crate::model::Model;
-use crate::options::{self, Asked};
+use crate::options::{self, ExploreOptions};
 use crate::preferences::{self, Preferences};
 use crate::region::Space;
-use crate::values;
 use crate::worker::Call;
+use crate::{files, values};
 
 impl Model {
     /// Returns a space with a new worker, the settings, and whether several ways race.
-    fn space(&self, asked: &Asked<'_, '_>) -> PyResult<(Space, Settings, bool)> {
+    fn space(&self, asked: &ExploreOptions<'_, '_>) -> PyResult<(Space, Settings, bool)> {
         let (settings, is_any, worker) = asked.settings()?;
         Ok((Space { worker, names: Arc::clone(&self.names) }, settings, is_any))
     }
@@ -56,7 +58,7 @@ impl Model {
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Exploration> {
-        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
+        let (space, settings, is_any) = slf.get().space(&ExploreOptions { scope, engine, memory, order })?;
         let call = Call::new(timeout, progress)?;
         Exploration::explore((&slf.get().inner, slf.clone().into_any()), space, (settings, is_any), &call)
     }
@@ -90,7 +92,7 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Analysis> {
         let py = slf.py();
-        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
+        let (space, settings, is_any) = slf.get().space(&ExploreOptions { scope, engine, memory, order })?;
         let options = options::planning(safety, max_level)?;
         let call = Call::new(timeout, progress)?;
         let preferences: Py<Preferences> = preferences::given(py, preferences, slf.get().inner.program())?;
@@ -127,7 +129,7 @@ impl Model {
         timeout: Option<&Bound<'_, PyAny>>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Reachability> {
-        let (space, settings, is_any) = slf.get().space(&Asked { scope, engine, memory, order })?;
+        let (space, settings, is_any) = slf.get().space(&ExploreOptions { scope, engine, memory, order })?;
         let call = Call::new(timeout, progress)?;
         let question = (&slf.get().inner, target.to_owned());
         if stop_at_target {
@@ -140,15 +142,26 @@ impl Model {
         Exploration::explore(given, space, (settings, false), &call)?.reach_text(slf.py(), question.1, &call)
     }
 
+    /// The names of the properties that the model names, for `ask`.
+    #[getter]
+    fn properties(&self) -> Vec<String> {
+        self.inner.properties().map(str::to_owned).collect()
+    }
+
     /// Answers properties in the initial states, as `meliora reach --property` does: conditions on states, whose
     /// operators ask for probabilities, rewards, several objectives at once, filters. Properties share their regions. The
     /// states are not explored where the answers need only some of them.
     ///
     /// Args:
-    ///     properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these; None
-    ///         for the goal of a planning problem.
+    ///     properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these. None
+    ///         for the goal of a planning problem, or for all that the model names.
+    ///     file: A property file in PRISM's language, instead of `properties`.
+    ///     constants: Values of the constants that the file leaves undefined, by name.
     ///     require: Safe formulas such as 'G x < 3' that every strategy must keep.
     ///     precision: The largest width of the bounds of a number, relative to the number above 1.
+    ///     policy: Also return, as `policy`, what `meliora reach --policy` writes: a policy that reaches the target of
+    ///         the only property almost surely, or the strategies of `multi`. None if there are none.
+    ///     strong: Also return, as `plan`, whether a strong plan exists: every path reaches the target within a bound.
     ///     engine: "auto" (default): the first way to end has the answer.
     ///     scope, memory, order, timeout, progress: As in `explore`. Of several properties, each has a share of the time.
     ///
@@ -158,13 +171,17 @@ impl Model {
     /// Raises:
     ///     InputError: A text is wrong, or the only property cannot be answered.
     ///     LimitError: A limit was reached; its `known["properties"]` has the answers so far.
-    #[pyo3(signature = (properties=None, *, require=None, precision=1e-6, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
+    #[pyo3(signature = (properties=None, *, file=None, constants=None, require=None, precision=1e-6, policy=false, strong=false, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn ask(
         slf: &Bound<'_, Self>,
         properties: Option<&Bound<'_, PyAny>>,
+        file: Option<PathBuf>,
+        constants: Option<&Bound<'_, PyDict>>,
         require: Option<Vec<String>>,
         precision: f64,
+        policy: bool,
+        strong: bool,
         scope: &str,
         engine: &str,
         memory: Option<&Bound<'_, PyAny>>,
@@ -173,39 +190,136 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyAny>> {
         let (py, model) = (slf.py(), slf.get());
-        let is_one = properties.is_none_or(|given| given.is_instance_of::<PyString>());
-        let texts = match properties {
-            None => Vec::from_iter(model.inner.goal_property().map(str::to_owned)),
-            Some(given) if is_one => vec![given.extract::<String>()?],
-            Some(given) => given.extract()?,
-        };
-        if texts.is_empty() {
-            return Err(usage("a property is missing: the model has no goal that is asked for without one"));
-        }
+        let given = Texts::of(&model.inner, properties, (py, file, constants))?;
         if !(precision > 0.0 && precision < 1.0) {
             return Err(usage(format!("precision={precision}: expected a number between 0 and 1")));
         }
-        let (space, settings, is_any) = model.space(&Asked { scope, engine, memory, order })?;
-        let engine = if is_any {
-            Selection::open()
-        } else {
-            Selection { storage: settings.storage, reason: None, is_open: false }
-        };
-        let ask =
-            meliora::Ask { require: require.unwrap_or_default(), precision, engine, ..Default::default() };
-        let (call, inner) = (Call::new(timeout, progress)?, model.inner.clone());
+        let (space, settings, is_any) = model.space(&ExploreOptions { scope, engine, memory, order })?;
+        let engine = selection(&settings, is_any);
+        let (require, strategies) = (require.unwrap_or_default(), WantedStrategies { strong, policy });
+        let ask = meliora::Ask { require, precision, strategies, engine };
+        let (call, inner, is_one) = (Call::new(timeout, progress)?, model.inner.clone(), given.is_one());
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("properties", String::new());
-            inner.ask(&Vec::from_iter(texts.iter().map(String::as_str)), &ask, settings)
+            given.ask(&inner, &ask, settings)
         };
         let found = space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
         let answers = values::plain(py, to_string(&found.answers.properties))?;
         if let Some(limit) = found.limit {
-            let known = PyDict::new(py);
-            known.set_item("properties", answers)?;
-            let failure = Failure::of(limit.into()).at(space.worker.supervisor.position());
-            return Err(failure.raise_with(py, |_| Ok((py.None(), known.into_any().unbind()))));
+            return Err(ended(py, &space, limit, ("properties", answers)));
         }
-        if is_one { Ok(answers.bind(py).get_item(0)?.unbind()) } else { Ok(answers) }
+        let one = answers.bind(py).get_item(0)?;
+        if policy {
+            let text = found.policy_json().map_err(|error| Failure::of(error).raise(py))?;
+            one.set_item("policy", text.map(|text| values::plain(py, Ok(text))).transpose()?)?;
+        }
+        if let Some(plan) = found.answers.one.and_then(|one| one.plan) {
+            one.set_item("plan", values::plain(py, to_string(&plan))?)?;
+        }
+        Ok(if is_one { one.unbind() } else { answers })
+    }
+
+    /// Returns the object of `meliora reach --json` about some properties, with the largest number of nodes.
+    #[pyo3(signature = (properties, *, scope, engine, memory, timeout))]
+    fn _answers(
+        &self,
+        py: Python<'_>,
+        properties: Vec<String>,
+        scope: &str,
+        engine: &str,
+        memory: Option<&Bound<'_, PyAny>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        let (space, settings, is_any) = self.space(&ExploreOptions { scope, engine, memory, order: None })?;
+        let ask = meliora::Ask { engine: selection(&settings, is_any), ..meliora::Ask::default() };
+        let (call, inner) = (Call::new(timeout, None)?, self.inner.clone());
+        let work = move |_: &Reporter<'_>| {
+            inner.ask(
+                Properties::Each(&Vec::from_iter(properties.iter().map(String::as_str))),
+                &ask,
+                settings,
+            )
+        };
+        let found = space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
+        let answers = values::plain(py, to_string(&found.answers))?;
+        let nodes = found.usage.map(|usage| usage.peak_nodes);
+        answers.bind(py).set_item("peak_nodes", nodes)?;
+        match found.limit {
+            Some(limit) => Err(ended(py, &space, limit, ("answers", answers))),
+            None => Ok(answers),
+        }
+    }
+}
+
+/// Returns the selection of an engine.
+fn selection(settings: &Settings, is_any: bool) -> Selection {
+    let named = Selection { storage: settings.storage, reason: None, is_open: false };
+    if is_any { Selection::open() } else { named }
+}
+
+/// Returns the exception for a limit, with the answers so far.
+fn ended(py: Python<'_>, space: &Space, limit: Limit, (name, answers): (&str, Py<PyAny>)) -> PyErr {
+    let failure = Failure::of(limit.into()).at(space.worker.supervisor.position());
+    failure.raise_with(py, |_| {
+        let known = PyDict::new(py);
+        known.set_item(name, answers)?;
+        Ok((py.None(), known.into_any().unbind()))
+    })
+}
+
+/// The properties of a call of `ask`.
+enum Texts {
+    One(String),
+    Several(Vec<String>),
+    File(Arc<SourceFile>, String),
+    Named,
+}
+
+impl Texts {
+    fn of(
+        model: &meliora::Model,
+        properties: Option<&Bound<'_, PyAny>>,
+        (py, file, constants): (Python<'_>, Option<PathBuf>, Option<&Bound<'_, PyDict>>),
+    ) -> PyResult<Self> {
+        match (properties, file) {
+            (Some(_), Some(_)) => Err(usage("`properties` and `file` exclude each other")),
+            (None, Some(file)) => {
+                Ok(Texts::File(files::open(py, &file)?, values::constants_text(constants)?))
+            }
+            _ if constants.is_some() => Err(usage("`constants` are those of a property file")),
+            (Some(given), None) if given.is_instance_of::<PyString>() => Ok(Texts::One(given.extract()?)),
+            (Some(given), None) => match given.extract::<Vec<String>>()? {
+                texts if texts.is_empty() => Err(usage("`properties` is empty")),
+                texts => Ok(Texts::Several(texts)),
+            },
+            (None, None) => match model.goal_property() {
+                Some(goal) => Ok(Texts::One(goal.to_owned())),
+                None if model.properties().next().is_some() => Ok(Texts::Named),
+                None => {
+                    Err(usage("a property is missing: the model has no goal that must hold, and names none"))
+                }
+            },
+        }
+    }
+
+    fn is_one(&self) -> bool {
+        matches!(self, Texts::One(_))
+    }
+
+    fn ask(
+        &self,
+        model: &meliora::Model,
+        ask: &meliora::Ask,
+        settings: Settings,
+    ) -> meliora::Result<meliora::AskResult> {
+        match self {
+            Texts::One(text) => model.ask(Properties::Texts(&[text]), ask, settings),
+            Texts::Several(texts) => {
+                let texts = Vec::from_iter(texts.iter().map(String::as_str));
+                model.ask(Properties::Texts(&texts), ask, settings)
+            }
+            Texts::File(source, constants) => model.ask(Properties::File(source, constants), ask, settings),
+            Texts::Named => model.ask(Properties::Named, ask, settings),
+        }
     }
 }

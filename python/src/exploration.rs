@@ -3,7 +3,6 @@
 use std::sync::{Arc, Mutex};
 
 use meliora::engine::Engine;
-use meliora::engine::regions::Which;
 use meliora::model::{Program, State};
 use meliora::planning::result::ModelCounts;
 use meliora::supervise::{Reporter, lock};
@@ -167,9 +166,7 @@ impl Exploration {
         let inner = self.inner.clone();
         self.reach_by(py, call, move || {
             let regions = inner.reach(&target)?;
-            let needed = Which::ALL.to_vec();
-            let (holds, value, reaches_states) = (None, None, true);
-            Ok(Reached { target, regions, holds, value, exploration: inner, needed, reaches_states })
+            Ok(Reached { target, regions, holds: None, value: None, exploration: inner })
         })
     }
 
@@ -424,7 +421,6 @@ impl Exploration {
 /// The qualitative regions of a target.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Reachability {
-    found: Reached,
     /// The target; for a temporal formula other than `F condition`, the states from which it can be
     /// satisfied from then on, almost surely.
     #[pyo3(get)]
@@ -457,33 +453,21 @@ impl Reachability {
         let names = space.names.of_product(py, found.exploration.program());
         let space = Space { worker: Arc::clone(&space.worker), names };
         let region = |states| Py::new(py, space.region(states));
-        let regions = found.regions.clone();
+        let regions = found.regions;
         Ok(Reachability {
-            target: region(found.target.clone())?,
+            target: region(found.target)?,
             holds: found.holds,
             value: found.value.as_ref().map(|value| (value.lower, value.upper)),
             pmax_one: region(regions.pmax_one)?,
             pmax_positive: region(regions.pmax_positive)?,
             pmin_one: region(regions.pmin_one)?,
             pmin_positive: region(regions.pmin_positive)?,
-            found,
         })
     }
 }
 
 #[pymethods]
 impl Reachability {
-    /// The sizes in the report of the command, for rows of sweeps; None for regions that it does not compute.
-    fn _sizes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let sizes = self.found.sizes().map_err(|error| Failure::of(error).raise(py))?;
-        let all = counts_dict(py, &sizes.counts)?;
-        all.set_item("target", sizes.target)?;
-        for which in Which::ALL {
-            all.set_item(which.name(), sizes.regions.get(which).clone())?;
-        }
-        Ok(all)
-    }
-
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let count = |region: &Py<Region>| region.get().count(py);
         let (target, one, positive) =

@@ -87,14 +87,14 @@ pub(crate) fn counted<T: TryFrom<i128>>(name: &str, given: Option<i128>) -> PyRe
 }
 
 /// The options of an exploration, as given.
-pub(crate) struct Asked<'a, 'py> {
+pub(crate) struct ExploreOptions<'a, 'py> {
     pub(crate) scope: &'a str,
     pub(crate) engine: &'a str,
     pub(crate) memory: Option<&'a Bound<'py, PyAny>>,
     pub(crate) order: Option<&'a Bound<'py, PyAny>>,
 }
 
-impl Asked<'_, '_> {
+impl ExploreOptions<'_, '_> {
     /// Converts the options to settings of the library, with a new worker, and whether several ways race: that is so
     /// for "auto" without an order.
     ///

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from pathlib import Path
 from typing import Literal
 
@@ -125,3 +126,31 @@ def test_a_limit_leaves_the_answers_so_far() -> None:
     first, _, easy = ended.value.known["properties"]
     assert "share of the time limit" in first["reason"]
     assert easy["holds"] is True
+
+
+def test_a_file_and_the_model_name_properties(tmp_path: Path, walk: meliora.Model) -> None:
+    file = tmp_path / "walk.props"
+    file.write_text('const int N;\n"near": Pmax>=1 [ F x=N ];\n"unknown": Pmax>=1 [ F y=1 ];\n')
+    near, unknown = walk.ask(file=file, constants={"N": 2})
+    assert (near["name"], near["holds"]) == ("near", True)
+    assert unknown["reason"] and unknown["line"] == 3
+    assert walk.properties == []
+    with pytest.raises(errors.UsageError, match="exclude each other"):
+        walk.ask("P>0 [ F x=1 ]", file=file)  # type: ignore[call-overload]
+    with pytest.raises(errors.UsageError, match="constants"):
+        walk.ask("P>0 [ F x=1 ]", constants={"N": 2})  # type: ignore[call-overload]
+
+
+def test_policies_and_strong_plans_come_with_the_answer(walk: meliora.Model) -> None:
+    found = walk.ask("Pmax>=1 [ F x=2 ]", policy=True, strong=True)
+    assert found["policy"][0]["action"] == "right"
+    assert found["plan"]["strong"] is True
+    found = walk.ask("Pmax>=1 [ F x=1 ]", policy=True)
+    assert found["policy"] is None
+    found = walk.ask("multi(Pmax>=0.5 [ F x=2 ], Pmax>=0.1 [ F x=1 ])", policy=True)
+    shares = [Fraction(str(one["share"])) for one in found["policy"]["strategies"]]
+    assert sum(shares) == 1
+    with pytest.raises(errors.UsageError, match="reaching a target"):
+        walk.ask("Pmax>=1 [ G F x=2 ]", policy=True)
+    with pytest.raises(errors.UsageError, match="requirements"):
+        walk.ask("Pmax>=1 [ F x=2 ]", policy=True, require=["G x<3"])

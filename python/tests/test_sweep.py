@@ -432,3 +432,12 @@ def test_workers_need_no_files_and_share_their_memory(client: Any, monkeypatch: 
     limit = client.run(lambda dask_worker: dask_worker.memory_manager.memory_limit)
     (half,) = {limit // 2 for limit in limit.values()}
     assert client.submit(_sweep._memory_of_thread).result() == half
+
+
+def test_columns_may_be_expressions_over_several_operators() -> None:
+    asked = {"both": "Pmax>=1 [ F x=N ] & !(P>0 [ F x>N ])", "rest": "1 - Pmax=? [ F x=N ]", "wrong": "Pmax=? [ F y=1 ]"}
+    model = "mdp\nconst int N;\nmodule m\n x : [0..9] init 0;\n [] x<9 -> (x'=x+1);\n [] x=9 -> true;\nendmodule\n"
+    rows = records(meliora.sweep(model, properties=asked, N=[9, 3]))
+    assert [row["both"] for row in rows] == [True, False]
+    assert [row["rest"] for row in rows] == [0, 0]
+    assert all(row["wrong"] == "not answered" and "wrong" in row["reason"] for row in rows)

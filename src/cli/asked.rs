@@ -1,17 +1,14 @@
 //! The questions of `meliora reach`, as they are read: a target, properties of the command line or of a file, or those
 //! that the model names.
 
-use std::sync::Arc;
-
 use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
 use meliora_engine::NoProgress;
 use meliora_lang::Given;
 use meliora_lang::named::Property;
 use meliora_model::Program;
 use meliora_question::answers::PropertyAnswer;
-use meliora_question::list::{self, Listed};
 use meliora_question::plan::Plan;
-use meliora_question::{Asking, Questions, Required, Stopping};
+use meliora_question::{Asking, Questions, Required, Stopping, list};
 
 use super::load::{Loaded, document, parsed, parsed_for, required};
 use super::options::ModelArgs;
@@ -78,13 +75,7 @@ pub(super) fn named(
     if named.is_empty() {
         return Err(without_question(&named));
     }
-    let source = &program.source;
-    let all = named.into_iter().map(|Property { name, term }| Listed {
-        name: None,
-        text: name,
-        source: Arc::clone(source),
-        term,
-    });
+    let all = list::named(&program, &named).into_iter();
     let required = required(texts.require)?;
     let (plan, entries) = list::list(&program, &required, texts.regions, all)?;
     Ok((Questions::new(program, plan, required, true), entries))

@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use meliora_base::error::{Error, SourceFile};
-use meliora_lang::property_file::Stated;
 use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_values, split_constants};
 use meliora_model::Program;
 use meliora_question::Questions;
@@ -83,8 +82,7 @@ pub(super) fn read(
             return Err(no_property(&source, only));
         }
     }
-    let listed =
-        stated.into_iter().map(|Stated { name, text, term, source }| Listed { name, text, source, term });
+    let listed = stated.into_iter().map(Listed::from);
     let (plan, entries) = list(&program, &required, chosen.regions, listed)?;
     Ok((Questions::new(program, plan, required, true), entries))
 }

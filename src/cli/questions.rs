@@ -1,10 +1,8 @@
 //! Answers the questions of `meliora reach`, and writes regions and strategies.
 
 use meliora_base::error::Error;
-use meliora_question::evaluate::Mix;
-use meliora_question::{Asking, Options, Questions, Strategies, Target as Goal, pipeline, regions};
-use meliora_report::ReachReport;
-use meliora_report::mix::{self, Mixed};
+use meliora_question::{Options, Questions, Strategies, pipeline, regions};
+use meliora_report::{ReachReport, mix, policy};
 
 use super::engines;
 use super::files::Target;
@@ -49,7 +47,7 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Questions)
     };
     let Some(out) = &given.out else {
         let found = pipeline::answer(job, &options, asked)?;
-        return given.write(job, asked, found);
+        return given.write(job, asked, &found);
     };
     Regions::check(asked)?;
     let computed = regions::compute(job, &options, asked)?;
@@ -59,60 +57,41 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Questions)
 }
 
 impl Given<'_> {
-    /// Checks that the strategies that are asked for exist.
+    /// Checks that the strategies that are asked for exist, and can be written.
     ///
     /// # Errors
     /// [`Error::Usage`].
     fn check(&self, asked: &Questions) -> Result<(), Error> {
         let Some((plan, target)) = self.plan else { return Ok(()) };
-        let wrong = |message: &str| Err(Error::Usage(message.to_owned()));
-        if asked.is_multi() && !plan.strong {
-            return match plan.is_json() || target.is_some_and(Target::is_stdout) {
-                true => Ok(()),
-                false => wrong(
-                    "the strategies of `multi` are written as JSON: give `--policy` a name that ends with .json",
-                ),
-            };
-        }
-        let of_target = asked.plan.properties.first().and_then(|only| only.request());
-        let of_target = of_target.map(|request| &asked.plan.requests[request].asking);
-        if !of_target.is_some_and(|asking| matches!(asking.goal.target, Goal::States(_))) {
-            return wrong("`--strong` and `--policy` are about reaching a target, not about other formulas");
-        }
-        if asked.program.players.is_some() {
-            return wrong(
-                "`--strong` and `--policy` are about models with one player; in a game, `strategy` without \
-                 `--policy` lists the actions",
-            );
+        asked.check(plan.wanted())?;
+        if asked.is_multi() && !plan.is_json() && !target.is_some_and(Target::is_stdout) {
+            let message =
+                "the strategies of `multi` are written as JSON: give `--policy` a name that ends with .json";
+            return Err(Error::Usage(message.to_owned()));
         }
         Ok(())
     }
 
     /// Writes the strategies that are asked for.
-    fn write(&self, job: &Job<ReachReport>, asked: &Questions, found: Strategies) -> Result<(), Error> {
+    fn write(&self, job: &Job<ReachReport>, asked: &Questions, found: &Strategies) -> Result<(), Error> {
         let Some((plan, Some(out))) = self.plan else { return Ok(()) };
-        let asking = asked.plan.requests.first().map(|request| &request.asking);
-        match (asking, found.mix) {
-            (Some(Asking { goal, .. }), _) => {
-                let program = goal.program(&asked.program);
-                plan.finish(job, found.policy, program, goal, out)
+        let text = match found {
+            Strategies { policy: Some(found), .. } if plan.is_json() => {
+                policy::json(found, &asked.program)? + "\n"
             }
-            (None, Some(Mix { strategies, great })) if !strategies.is_empty() => {
-                let all = strategies.iter().map(|own| Mixed {
-                    share: own.share.as_ref(),
-                    values: &own.values,
-                    nodes: &own.nodes,
-                    great: &great,
-                });
-                let stated = asked.plan.properties.first().and_then(|only| only.stated.as_ref());
-                let text = stated.map(|(source, term)| source.on_one_line(term.span.range()));
-                let text = text.unwrap_or_default();
-                out.write(&(mix::json(&text, &Vec::from_iter(all), &asked.program)? + "\n"))
+            Strategies { policy: Some(found), .. } => policy::text(found, &asked.program)?,
+            Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
+                mix::json(&asked.text(), found, &asked.program)? + "\n"
             }
-            (None, _) => {
-                job.sink.warn("no strategies are written: none satisfies the bounds");
-                Ok(())
+            _ => {
+                let missing = match asked.is_multi() {
+                    true => "no strategies are written: none satisfies the bounds",
+                    false => "no policy is written: no strong cyclic plan exists",
+                };
+                job.sink.warn(missing);
+                return Ok(());
             }
-        }
+        };
+        out.write(&text)
     }
 }

@@ -5,16 +5,31 @@ use std::time::Duration;
 
 use super::Model;
 use super::model::lock;
-use meliora_base::error::{Error, Limit, Result};
+use meliora_base::error::{Error, Limit, Result, SourceFile};
 use meliora_base::progress::ProgressSink;
 use meliora_engine::{Selection, Settings, Usage};
+use meliora_lang as lang;
 use meliora_model::Program;
 use meliora_quantities::PRECISION;
-use meliora_question::answers::PropertyAnswer;
+use meliora_question::answers::{OneQuestion, PropertyAnswer};
+use meliora_question::list::Listed;
 use meliora_question::plan::Planned;
 use meliora_question::{
-    Answers, Listener, Options, Questions, Strategies, Wanted, Warning, list, pipeline, race,
+    Answers, Listener, Options, Questions, Strategies, WantedStrategies, Warning, list, pipeline, race,
 };
+
+/// The properties that are asked.
+#[derive(Debug, Clone, Copy)]
+pub enum Properties<'a> {
+    /// Texts, and names of those that the model names.
+    Texts(&'a [&'a str]),
+    /// The same, where one that cannot be read has a reason, as in a file.
+    Each(&'a [&'a str]),
+    /// Those of a property file in PRISM's language, with values for its constants: `K=4`, or the empty text.
+    File(&'a Arc<SourceFile>, &'a str),
+    /// All that the model names.
+    Named,
+}
 
 /// Requirements and wishes next to properties, and the engine that answers these.
 #[derive(Debug, Clone)]
@@ -24,7 +39,7 @@ pub struct Ask {
     /// The largest width of a number, relative to the number above 1.
     pub precision: f64,
     /// The strategies that are wanted of the only property.
-    pub strategies: Wanted,
+    pub strategies: WantedStrategies,
     /// The engine; [`Selection::open`] lets several ways race.
     pub engine: Selection,
 }
@@ -38,7 +53,7 @@ impl Default for Ask {
 
 /// The answers to properties.
 #[derive(Debug)]
-pub struct Asked {
+pub struct AskResult {
     /// The answers, as far as they are known.
     pub answers: Answers,
     /// The strategies that were asked for.
@@ -49,6 +64,30 @@ pub struct Asked {
     pub usage: Option<Usage>,
     /// The limit that has ended the work before all properties had an answer.
     pub limit: Option<Limit>,
+    /// The model, with the constants of a property file.
+    program: Arc<Program>,
+    /// The text of the only property.
+    text: String,
+}
+
+#[cfg(feature = "output")]
+impl AskResult {
+    /// Returns the policy, or the strategies of `multi`, as JSON: what `meliora reach --policy` writes and `verify` checks.
+    /// `None` if there are none, or they are not asked for.
+    ///
+    /// # Errors
+    /// A command has no meaning in some state.
+    pub fn policy_json(&self) -> Result<Option<String>> {
+        match &self.strategies {
+            Strategies { policy: Some(found), .. } => {
+                meliora_report::policy::json(found, &self.program).map(Some)
+            }
+            Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
+                meliora_report::mix::json(&self.text, found, &self.program).map(Some)
+            }
+            _ => Ok(None),
+        }
+    }
 }
 
 impl Model {
@@ -58,13 +97,13 @@ impl Model {
         list::of_goal(self.program())
     }
 
-    /// Answers properties, each a text or a name of the model's: conditions on states, whose operators ask for
+    /// Answers properties: conditions on states, whose operators ask for
     /// probabilities, rewards, several objectives. Requests about the initial states are answered before all states are
     /// known where one of several ways can do so. Properties share their regions. One that is not answered has a reason if
     /// it is one of several; see [`Answers`].
     ///
     /// ```
-    /// use meliora::{Ask, Model, Settings};
+    /// use meliora::{Ask, Model, Properties, Settings};
     ///
     /// let model = Model::parse("mdp
     ///     module walk
@@ -73,8 +112,8 @@ impl Model {
     ///       [right] x=0 -> (x'=2);
     ///       [stay] x>0 -> true;
     ///     endmodule", "")?;
-    /// let asked = ["Pmax=? [ F x=1 ]", "!(Pmax>=1 [ F x=1 ]) & Pmax>=1 [ F x=2 ]"];
-    /// let found = model.ask(&asked, &Ask::default(), Settings::default())?.answers;
+    /// let asked = Properties::Texts(&["Pmax=? [ F x=1 ]", "!(Pmax>=1 [ F x=1 ]) & Pmax>=1 [ F x=2 ]"]);
+    /// let found = model.ask(asked, &Ask::default(), Settings::default())?.answers;
     /// let value = found.properties[0].value.clone().flatten().unwrap();
     /// assert!(value.lower <= 0.25 && 0.25 <= value.upper);
     /// assert_eq!(found.properties[1].holds, Some(true));
@@ -84,29 +123,58 @@ impl Model {
     /// # Errors
     /// A text is wrong, each error with its place; the only property cannot be answered; the errors of
     /// [`Model::explore`], save that a limit leaves the answers so far.
-    pub fn ask(&self, properties: &[&str], ask: &Ask, settings: Settings) -> Result<Asked> {
-        let program = Program::clone(self.program());
-        let required = list::required("require", ask.require.iter().map(String::as_str))?;
-        let texts = ("property", properties.iter().copied());
-        let plan = list::planned((&program, &self.properties), texts, &required, false)?;
-        let questions = Questions::new(program, plan, required, false);
+    pub fn ask(&self, properties: Properties<'_>, ask: &Ask, settings: Settings) -> Result<AskResult> {
+        let (questions, entries) = self.questions(properties, &ask.require)?;
+        questions.check(ask.strategies)?;
         let options = Options {
             selected: ask.engine.clone(),
             precision: ask.precision,
-            is_one: properties.len() == 1,
+            is_one: matches!(properties, Properties::Texts([_]) | Properties::Each([_])),
             regions: false,
             strategies: ask.strategies,
             settings,
         };
-        answered(&questions, &options)
+        answered(&questions, entries, &options)
+    }
+
+    /// Returns the names of the properties that the model names.
+    pub fn properties(&self) -> impl Iterator<Item = &str> {
+        self.properties.iter().map(|property| property.name.as_str())
+    }
+
+    fn questions(
+        &self,
+        properties: Properties<'_>,
+        require: &[String],
+    ) -> Result<(Questions, Vec<PropertyAnswer>)> {
+        let mut program = Program::clone(self.program());
+        let required = list::required("require", require.iter().map(String::as_str))?;
+        let all = match properties {
+            Properties::Texts(texts) => {
+                let named = (&program, &self.properties[..]);
+                let plan = list::planned(named, ("property", texts.iter().copied()), &required, false)?;
+                let open = |property: &Planned| PropertyAnswer::open(None, property.text.clone(), None);
+                let entries = plan.properties.iter().map(open).collect();
+                return Ok((Questions::new(program, plan, required, false), entries));
+            }
+            Properties::File(source, constants) => {
+                let constants = SourceFile::new("constants", constants);
+                let stated = lang::parse_properties(source, &constants, &mut program)?;
+                Vec::from_iter(stated.into_iter().map(Listed::from))
+            }
+            Properties::Each(texts) => list::each((&program, &self.properties), ("property", texts)),
+            Properties::Named => list::named(&program, &self.properties),
+        };
+        let (plan, entries) = list::list(&program, &required, false, all.into_iter())?;
+        Ok((Questions::new(program, plan, required, true), entries))
     }
 }
 
 /// Answers questions; a limit leaves the answers so far.
-fn answered(questions: &Questions, options: &Options) -> Result<Asked> {
-    let open = |property: &Planned| PropertyAnswer::open(None, property.text.clone(), None);
-    let properties = questions.plan.properties.iter().map(open).collect();
-    let state = State { answers: Answers { properties, ..Answers::default() }, ..State::default() };
+fn answered(questions: &Questions, properties: Vec<PropertyAnswer>, options: &Options) -> Result<AskResult> {
+    let one = options.is_one.then(OneQuestion::default);
+    let answers = Answers { one, properties, ..Answers::default() };
+    let state = State { answers, ..State::default() };
     let sink = Arc::clone(&options.settings.sink);
     let limit = sink.remaining();
     let kept = Kept { state: Arc::new(Mutex::new(state)), sink: Arc::new(Shared::new(sink, limit, None)) };
@@ -116,7 +184,8 @@ fn answered(questions: &Questions, options: &Options) -> Result<Asked> {
         Err(error) => return Err(error),
     };
     let State { answers, warnings, usage, .. } = lock(&kept.state).clone();
-    Ok(Asked { answers, strategies, warnings, usage, limit })
+    let (program, text) = (Arc::clone(&questions.program), questions.text());
+    Ok(AskResult { answers, strategies, warnings, usage, limit, program, text })
 }
 
 /// Answers that are kept while others are found, for a way of a race.

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::{Analysis, States};
 use meliora_base::error::{Error, Result, SourceFile};
-use meliora_engine::regions::{Regions, Which, regions};
-use meliora_engine::{Algebra, AnyEngine, Count, Engine, Usage};
+use meliora_engine::regions::{Regions, regions};
+use meliora_engine::{AnyEngine, Engine, Usage};
 use meliora_lang as lang;
 use meliora_model::players::{Player, Players};
 use meliora_model::preference::History;
@@ -15,7 +15,7 @@ use meliora_planning::result::ModelCounts;
 use meliora_planning::{self as planning, Options};
 use meliora_quantities::PRECISION;
 use meliora_quantities::state_values::Bound;
-use meliora_question::{Asking, Target, Under};
+use meliora_question::{Asking, Under};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
@@ -41,44 +41,9 @@ pub struct Reached {
     pub value: Option<Bound>,
     /// The exploration of the regions: this one, or the product with the monitors of the formula.
     pub exploration: Exploration,
-    /// The regions that the answer needs; the command computes no others.
-    pub needed: Vec<Which>,
-    /// True if the target is a set of states, and not what satisfies a formula.
-    pub reaches_states: bool,
-}
-
-/// The sizes in the command's report of an answer.
-pub struct Sizes {
-    /// The sizes of the model, in product with monitors if there are some.
-    pub counts: ModelCounts,
-    /// The number of states of the target; `None` for another formula.
-    pub target: Option<Count>,
-    /// The sizes of the regions that the answer needs.
-    pub regions: Regions<Option<Count>>,
 }
 
 impl Reached {
-    /// Returns the sizes in the command's report. Cost: no image.
-    ///
-    /// # Errors
-    /// A limit is reached.
-    pub fn sizes(&self) -> Result<Sizes> {
-        let (engine, program) = (self.exploration.engine(), self.exploration.program());
-        let judged = match &program.monitors {
-            None => engine.all_states(),
-            Some(monitors) => engine.states_where(&program.predicate(monitors.fresh))?,
-        };
-        let target = match self.reaches_states {
-            true => Some(engine.count(&engine.intersection(self.target.set(), &judged)?)?),
-            false => None,
-        };
-        let mut regions = Regions::default();
-        for &which in &self.needed {
-            *regions.get_mut(which) = Some(self.regions.get(which).count()?);
-        }
-        Ok(Sizes { counts: ModelCounts::within(engine, &judged)?, target, regions })
-    }
-
     /// Answers a question about a program; the engine is that of its goal.
     pub(super) fn of(
         asking: &Asking,
@@ -102,8 +67,6 @@ impl Reached {
             value: answer.value,
             regions: goal.restricted(&engine, found)?.map(of),
             exploration: Exploration::of(engine.clone(), named),
-            needed: asking.needed(),
-            reaches_states: matches!(goal.target, Target::States(_)),
         })
     }
 }

@@ -24,8 +24,8 @@ mod results;
 mod states;
 
 pub use analysis::Analysis;
-pub use ask::{Ask, Asked};
-pub use exploration::{Exploration, Reached, Sizes};
+pub use ask::{Ask, AskResult, Properties};
+pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;
 pub use projection::Projection;

@@ -6,9 +6,11 @@ use crate::answers::PropertyAnswer;
 use crate::goal::Required;
 use crate::plan::{Plan, Planner};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_lang::named::Property;
 use meliora_lang::property::{Named, Term};
+use meliora_lang::property_file::Stated;
 use meliora_lang::refusal::Refusal;
-use meliora_lang::{ltl, named, parse_property};
+use meliora_lang::{ltl, parse_property};
 use meliora_model::Program;
 
 /// A property of a list, or the reason why it cannot be answered.
@@ -21,6 +23,35 @@ pub struct Listed {
     pub source: Arc<SourceFile>,
     /// The property.
     pub term: std::result::Result<Term, Refusal>,
+}
+
+impl From<Stated> for Listed {
+    fn from(Stated { name, text, term, source }: Stated) -> Self {
+        Listed { name, text, source, term }
+    }
+}
+
+/// Returns the properties that a model names, as a list.
+pub fn named(program: &Program, all: &[Property]) -> Vec<Listed> {
+    let listed = |property: &Property| Listed {
+        name: None,
+        text: property.name.clone(),
+        source: Arc::clone(&program.source),
+        term: property.term.clone(),
+    };
+    all.iter().map(listed).collect()
+}
+
+/// Returns properties, each a text or a name of the model's, as a list.
+pub fn each((program, named): (&Program, &[Property]), (name, texts): (&str, &[&str])) -> Vec<Listed> {
+    let listed = |text: &&str| {
+        let stated = stated(program, named, (name, text));
+        let source =
+            stated.as_ref().map_or_else(|_| SourceFile::new(name, *text), |(own, _)| Arc::clone(own));
+        let term = stated.map(|(_, term)| term).map_err(|error| Refusal::of(&error));
+        Listed { name: None, text: (*text).to_owned(), source, term }
+    };
+    texts.iter().map(listed).collect()
 }
 
 /// Plans the properties of a list. Returns the entries of all in the report. An error in the text of a property is the
@@ -63,7 +94,7 @@ pub fn of_goal(program: &Program) -> Option<&'static str> {
 /// The text is wrong, or the property of the model cannot be answered; the error has its place.
 pub fn stated(
     program: &Program,
-    named: &[named::Property],
+    named: &[Property],
     (name, text): (&str, &str),
 ) -> Result<(Arc<SourceFile>, Term)> {
     let source = SourceFile::new(name, text);
@@ -85,7 +116,7 @@ pub fn stated(
 /// # Errors
 /// A property or a requirement is wrong, or not supported.
 pub fn planned<'t>(
-    (program, named): (&Program, &[named::Property]),
+    (program, named): (&Program, &[Property]),
     (name, texts): (&str, impl IntoIterator<Item = &'t str>),
     required: &[Required],
     regions: bool,

@@ -14,6 +14,7 @@ use crate::asking::Asking;
 use crate::evaluate::Mix;
 use crate::goal::Target;
 use crate::listener::{Listener, Shares};
+use crate::number::Number;
 use crate::questions::{Options, Questions, Strategies};
 use crate::race::{Early, Job, Raced, started};
 use crate::strategies;
@@ -292,9 +293,12 @@ impl<J: Job + Listener> Work<'_, J> {
                 self.listener().update(|r| r.by_guided_search = true);
                 if let Some(asking) = asking {
                     self.note(request, answering::guided(&search, asking));
-                    if self.options.strategies.policy {
+                    if let (true, Target::States(target)) =
+                        (self.options.strategies.policy, &asking.goal.target)
+                    {
                         let program = asking.goal.program(&self.asked.program);
-                        let find = || strategies::of_search(&search, program);
+                        let sink = self.job.sink();
+                        let find = || strategies::of_search(&search, program, target, &*sink);
                         let policy = self.listener().timed(("policy", "policy"), find)?;
                         self.found(policy);
                     }
@@ -324,7 +328,10 @@ impl<J: Job + Listener> Work<'_, J> {
     /// Notes a policy, or that there is none, if it was asked for.
     fn found(&mut self, policy: Option<Policy>) {
         if self.options.strategies.policy {
-            self.plan(|plan| plan.strong_cyclic = Some(policy.is_some()));
+            let states = policy.as_ref().map(|found| Number::from(found.entries.len() as u64));
+            self.plan(|plan| {
+                (plan.strong_cyclic, plan.policy_states) = (Some(policy.is_some()), states);
+            });
             self.strategies.policy = policy;
         }
     }

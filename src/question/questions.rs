@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use crate::evaluate::Mix;
-use crate::goal::Required;
+use crate::goal::{Required, Target};
 use crate::plan::Plan;
+use meliora_base::error::{Error, Result};
 use meliora_engine::{Selection, Settings};
 use meliora_lang::property::term::TermKind;
 use meliora_model::predicate::Predicate;
@@ -38,12 +39,12 @@ pub struct Options {
     /// The regions of all properties are wanted.
     pub regions: bool,
     /// The strategies that are wanted of the only question.
-    pub strategies: Wanted,
+    pub strategies: WantedStrategies,
 }
 
 /// The strategies that are wanted.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Wanted {
+pub struct WantedStrategies {
     /// The states with a strong plan.
     pub strong: bool,
     /// A policy for the target, or the strategies of `multi`.
@@ -65,6 +66,39 @@ impl Questions {
         program.note_inexact(plan.requests.iter().flat_map(|request| request.asking.goal.predicates()));
         let overlap = (program.kind == ModelKind::Dtmc).then(|| program.overlap());
         Questions { program: Arc::new(program), plan, required, is_list, overlap }
+    }
+
+    /// Checks that the only question has the strategies that are wanted.
+    ///
+    /// # Errors
+    /// [`Error::Usage`].
+    pub fn check(&self, wanted: WantedStrategies) -> Result<()> {
+        let wrong = |message: &str| Err(Error::Usage(message.to_owned()));
+        if !wanted.strong && (!wanted.policy || self.is_multi()) {
+            return Ok(());
+        }
+        let only = self.plan.properties.first().filter(|_| self.plan.properties.len() == 1);
+        let of_target =
+            only.and_then(|only| only.request()).map(|request| &self.plan.requests[request].asking);
+        if !of_target.is_some_and(|asking| matches!(asking.goal.target, Target::States(_))) {
+            return wrong("policies and strong plans are about reaching a target, not about other formulas");
+        }
+        if self.program.players.is_some() {
+            return wrong(
+                "policies and strong plans for a target are about models with one player; in a game, `strategy` \
+                 without `--policy` lists the actions",
+            );
+        }
+        if !self.required.is_empty() {
+            return wrong("policies and strong plans for a target do not keep requirements: leave these out");
+        }
+        Ok(())
+    }
+
+    /// Returns the text of the only property.
+    pub fn text(&self) -> String {
+        let stated = self.plan.properties.first().and_then(|only| only.stated.as_ref());
+        stated.map(|(source, term)| source.on_one_line(term.span.range())).unwrap_or_default()
     }
 
     /// Returns whether the only question is about several objectives at once.

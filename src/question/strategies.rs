@@ -1,11 +1,13 @@
 //! Strategies for a target: policies, and the states with a strong plan.
 
 use crate::number::Number;
-use meliora_base::error::Result;
+use meliora_base::error::{Error, Result};
+use meliora_base::progress::ProgressSink;
+use meliora_certify::policy::rules::{Rules, Taken};
 use meliora_engine::{Engine, Guided};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_planning::policy::{Policy, strong_region};
+use meliora_planning::policy::{Policy, PolicyEntry, strong_region};
 
 /// Maximum number of states of a policy: each takes about as much memory as a line of its text.
 pub const MOST_STATES: usize = 1_000_000;
@@ -16,16 +18,36 @@ pub const MOST_STATES: usize = 1_000_000;
 /// # Errors
 /// A limit is reached.
 pub(crate) fn policy<E: Engine>(engine: &E, program: &Program, target: &Predicate) -> Result<Option<Policy>> {
-    Policy::find(engine, program, &engine.states_where(target)?, MOST_STATES)
+    let found = Policy::find(engine, program, &engine.states_where(target)?, MOST_STATES)?;
+    found.map(|found| checked(found, program, target, &*engine.settings().sink)).transpose()
 }
 
 /// Returns the policy of a guided search; `None` if it has found that there is none.
 ///
 /// # Errors
 /// A limit is reached.
-pub(crate) fn of_search(search: &Guided, program: &Program) -> Result<Option<Policy>> {
-    let found = (search.answer() == Some(true)).then(|| Policy::of_search(search, program, MOST_STATES));
-    found.transpose()
+pub(crate) fn of_search(
+    search: &Guided,
+    program: &Program,
+    target: &Predicate,
+    sink: &dyn ProgressSink,
+) -> Result<Option<Policy>> {
+    if search.answer() != Some(true) {
+        return Ok(None);
+    }
+    checked(Policy::of_search(search, program, MOST_STATES)?, program, target, sink).map(Some)
+}
+
+/// Checks a policy state by state, from the initial states, by the code of certificates.
+fn checked(found: Policy, program: &Program, goal: &Predicate, sink: &dyn ProgressSink) -> Result<Policy> {
+    let mut rules = Rules::default();
+    for PolicyEntry { state, action, position, .. } in &found.entries {
+        rules.add_state(state, Taken { action: action.clone(), position: *position });
+    }
+    match rules.check(program, goal, &found.initial, false, sink)? {
+        Ok(_) => Ok(found),
+        Err(fault) => Err(Error::Usage(format!("{}: {}", fault.kind, program.show_state(&fault.state)))),
+    }
 }
 
 /// Returns whether a strong plan for a target exists from all initial states, and the number of states with one.

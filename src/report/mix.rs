@@ -9,24 +9,13 @@ use meliora_base::exact::shortest;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State, fault};
 use meliora_quantities::several::{Node, Taking};
+use meliora_question::evaluate::{Mix, MixedStrategy};
 use num_traits::{One, Signed, ToPrimitive};
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::value::RawValue;
 
 use super::policy_file::place;
-
-/// A strategy of a mix.
-pub struct Mixed<'m> {
-    /// The probability with which it is drawn; `None` for a point of a front.
-    pub share: Option<&'m Ratio>,
-    /// The values of the objectives that it guarantees.
-    pub values: &'m [Ratio],
-    /// The states that it visits with its memory, the start first.
-    pub nodes: &'m [(State, Node)],
-    /// For each objective, whether it is to be great.
-    pub great: &'m [bool],
-}
 
 /// A strategy of a file.
 pub struct ReadStrategy {
@@ -104,16 +93,16 @@ struct SuccessorEntry {
 ///
 /// # Errors
 /// A command has no meaning in some state.
-pub fn json(property: &str, strategies: &[Mixed<'_>], program: &Program) -> Result<String> {
-    let strategy = |own: &Mixed<'_>| {
+pub fn json(property: &str, mix: &Mix, program: &Program) -> Result<String> {
+    let strategy = |own: &MixedStrategy| {
         let nodes = own.nodes.iter().map(|(state, node)| entry(program, state, node));
         Ok(StrategyEntry {
-            share: own.share.cloned().map(Fraction),
-            values: own.values.iter().zip(own.great).map(|(x, great)| Fraction(short(x, *great))).collect(),
+            share: own.share.clone().map(Fraction),
+            values: own.values.iter().zip(&mix.great).map(|(x, great)| Fraction(short(x, *great))).collect(),
             nodes: nodes.collect::<Result<_>>()?,
         })
     };
-    let strategies = strategies.iter().map(strategy).collect::<Result<_>>()?;
+    let strategies = mix.strategies.iter().map(strategy).collect::<Result<_>>()?;
     let text = serde_json::to_string_pretty(&File { property: property.to_owned(), strategies });
     text.map_err(|e| Error::Usage(e.to_string()))
 }

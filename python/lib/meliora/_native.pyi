@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Self, TypeAlias
 
-from .reports import CheckReport, ReachProperties, SimulatePlaysCommits, SimulatePlaysValue, StrategyStatesAttains, ValuesStates
+from ._answers import Answer
+from .reports import CheckReport, SimulatePlaysCommits, SimulatePlaysValue, StrategyStatesAttains, ValuesStates
 
 __all__ = [
     "__version__",
@@ -331,29 +332,50 @@ class Model:
         Raises:
             InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`.
         """
+    def _answers(
+        self,
+        properties: list[str],
+        *,
+        scope: _Scope,
+        engine: _Engine,
+        memory: int | str | None,
+        timeout: _Timeout | None,
+    ) -> Any: ...
+    @property
+    def properties(self) -> list[str]:
+        """The names of the properties that the model names, for `ask`."""
     @overload
     def ask(
         self,
-        properties: str | None = None,
+        properties: str,
         *,
+        file: None = None,
+        constants: None = None,
         require: Sequence[str] | None = None,
         precision: float = 1e-6,
+        policy: bool = False,
+        strong: bool = False,
         scope: _Scope = "reachable",
         engine: _Engine = "auto",
         memory: int | str | None = None,
         order: _Order | None = None,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> ReachProperties:
+    ) -> Answer:
         """Answers properties in the initial states, as `meliora reach --property` does: conditions on states, whose
         operators ask for probabilities, rewards, several objectives at once, filters. Properties share their regions. The
         states are not explored where the answers need only some of them.
 
         Args:
-            properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these; None
-                for the goal of a planning problem.
+            properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these. None
+                for the goal of a planning problem, or for all that the model names.
+            file: A property file in PRISM's language, instead of `properties`.
+            constants: Values of the constants that the file leaves undefined, by name.
             require: Safe formulas such as 'G x < 3' that every strategy must keep.
             precision: The largest width of the bounds of a number, relative to the number above 1.
+            policy: Also return, as `policy`, what `meliora reach --policy` writes: a policy that reaches the target of
+                the only property almost surely, or the strategies of `multi`. None if there are none.
+            strong: Also return, as `plan`, whether a strong plan exists: every path reaches the target within a bound.
             engine: "auto" (default): the first way to end has the answer.
             scope, memory, order, timeout, progress: As in `explore`. Of several properties, each has a share of the time.
 
@@ -369,34 +391,43 @@ class Model:
         self,
         properties: list[str] | tuple[str, ...],
         *,
+        file: None = None,
+        constants: None = None,
         require: Sequence[str] | None = None,
         precision: float = 1e-6,
+        policy: bool = False,
+        strong: bool = False,
         scope: _Scope = "reachable",
         engine: _Engine = "auto",
         memory: int | str | None = None,
         order: _Order | None = None,
         timeout: _Timeout | None = None,
         progress: _Progress | None = None,
-    ) -> list[ReachProperties]:
-        """Answers properties in the initial states, as `meliora reach --property` does: conditions on states, whose
-        operators ask for probabilities, rewards, several objectives at once, filters. Properties share their regions. The
-        states are not explored where the answers need only some of them.
-
-        Args:
-            properties: A property such as 'Pmax=? [ F "goal" ]', the name of one of the model's, or a list of these; None
-                for the goal of a planning problem.
-            require: Safe formulas such as 'G x < 3' that every strategy must keep.
-            precision: The largest width of the bounds of a number, relative to the number above 1.
-            engine: "auto" (default): the first way to end has the answer.
-            scope, memory, order, timeout, progress: As in `explore`. Of several properties, each has a share of the time.
-
-        Returns:
-            The answer as a dictionary, or a list of these. One of several that has no answer has a `reason`.
-
-        Raises:
-            InputError: A text is wrong, or the only property cannot be answered.
-            LimitError: A limit was reached; its `known["properties"]` has the answers so far.
-        """
+    ) -> list[Answer]:
+       
+       
+        ...
+    @overload
+    def ask(
+        self,
+        properties: None = None,
+        *,
+        file: _Path | None = None,
+        constants: dict[str, bool | int | float | Fraction] | None = None,
+        require: Sequence[str] | None = None,
+        precision: float = 1e-6,
+        policy: bool = False,
+        strong: bool = False,
+        scope: _Scope = "reachable",
+        engine: _Engine = "auto",
+        memory: int | str | None = None,
+        order: _Order | None = None,
+        timeout: _Timeout | None = None,
+        progress: _Progress | None = None,
+    ) -> Any:
+       
+       
+        ...
     def _repr_html_(self) -> str: ...
 
 @final
@@ -613,7 +644,6 @@ class Reachability:
     @property
     def pmin_positive(self) -> Region:
         """The states from which every strategy reaches the target with positive probability."""
-    def _sizes(self) -> dict[str, int | None]: ...
 
 @final
 class Analysis:
@@ -1151,10 +1181,9 @@ class Shield:
         """
     @overload
     def correct(self, state: _ShieldState, action: int) -> int:
-        """Returns the action if it is permitted, else a permitted one that makes progress where there is
-        one; a name for a name and a number for a number. The next state is the one that this action
-        led to.
-        """
+       
+       
+        ...
     def secure(self, state: _ShieldState) -> bool:
         """Returns True if no permitted step ever weakens from this state on."""
     def ahead(self, state: _ShieldState) -> _Rank:

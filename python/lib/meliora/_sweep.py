@@ -214,39 +214,40 @@ def _analyse(constants: dict[str, _Value], job: _Job) -> _Outcome:
         if job.coalition is not None:
             model = model.with_coalition(*job.coalition)
         if job.preferences is None:
-            status, reason = _answer(model, job, found)
+            options = {name: job.options[name] for name in ("scope", "engine", "timeout")}
+            answers = model._answers(list(job.properties.values()), memory=job.memory, **options)
+            reason = _answered(answers, job, found)
         else:
             found = _found(model.check(job.preferences, memory=job.memory, **job.options))
     except LimitError as error:
-        found = _found(error.analysis) if job.preferences is not None else found
+        if job.preferences is not None:
+            found = _found(error.analysis)
+        else:
+            _answered((error.known or {}).get("answers"), job, found)
         status, reason = "limit", str(error)
     except Exception as error:
         return _cells({}, None, "error", job), str(error)
     return _cells(found, time.perf_counter() - begin, status, job), reason
 
 
-def _answer(model: Model, job: _Job, found: dict[str, Any]) -> tuple[str, str | None]:
-    """Adds the answers to the properties to `found`. Returns the status, and the reason for a missing answer."""
-    options = {name: job.options[name] for name in ("scope", "engine", "timeout")}
-    explored = model.explore(memory=job.memory, **options)
-    found.update(explored.counts)
+def _answered(answers: Any, job: _Job, found: dict[str, Any]) -> str | None:
+    """Adds the answers to the properties to `found`. Returns the reasons for missing ones."""
+    if answers is None:
+        return None
+    found.update(answers["counts"] or {}, peak_nodes=answers["peak_nodes"])
     reasons = []
-    for name, text in job.properties.items():
-        try:
-            answer = explored.reach(text, timeout=job.options["timeout"])
-        except InputError as error:
-            if job.has_regions:
-                raise
-            found[name] = "not answered"
-            reasons.append(f"{name}: {error}")
-            continue
+    for name, answer in zip(job.properties, answers["properties"]):
         if job.has_regions:
-            found.update(answer._sizes())
-        if answer.holds is not None:
-            found[name] = answer.holds
-        else:
-            found[name] = "no value" if answer.value is None else _bounds(*answer.value)
-    return "done", "; ".join(reasons) or None
+            found.update({region: answer[region] for region in _REGIONS if region in answer}, target=answers["target"])
+        value = answer.get("value")
+        if answer["holds"] is not None:
+            found[name] = answer["holds"]
+        elif value is not None:
+            found[name] = _bounds(value["lower"], value["upper"])
+        elif "reason" in answer:
+            found[name] = "no value" if "value" in answer else "not answered"
+            reasons.append(f"{name}: {answer['reason']}")
+    return "; ".join(reasons) or None
 
 
 def _bounds(lower: float, upper: float) -> str:
