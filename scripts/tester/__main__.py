@@ -35,6 +35,8 @@ from tester.draw import draw  # noqa: E402
 from tester.program import Program, Refused  # noqa: E402
 
 
+# The checks of the Python package.
+PYTHON = ("python", "asked")
 # The commands that checks ask, besides `check` and `reach`. Not all honour the players of a game.
 NEEDED = {
     **dict.fromkeys(("strategy", "ranks", "cut", "pursue", "tables", "together", "followed", "places", "memory"), "strategy"),
@@ -200,10 +202,10 @@ def main():
     parser.add_argument("--minutes", type=float, default=math.inf, help="stop after this time")
     parser.add_argument("--most", type=int, default=20, help="stop after this number of cases with differences")
     args = parser.parse_args()
-    checks = args.only.split(",") if args.only else [name for name in suites.ALL if name != "python"]
+    checks = args.only.split(",") if args.only else [name for name in suites.ALL if name not in PYTHON]
     if args.python:
-        checks = list(dict.fromkeys([*checks, "python"]))
-    if "python" in checks and importlib.util.find_spec("meliora") is None:
+        checks = list(dict.fromkeys([*checks, *PYTHON]))
+    if set(PYTHON) & set(checks) and importlib.util.find_spec("meliora") is None:
         parser.error("--python needs the package meliora: install ./python, and use the interpreter that has it")
     first, _, last = args.seeds.partition(":")
     avoided = set(filter(None, args.avoid.split(",")))

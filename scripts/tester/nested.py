@@ -192,13 +192,13 @@ def decided(c, game):
     return parts
 
 
-def nested(context):
-    """Verdicts and numbers of random properties are those of the definition."""
+def drawn(context):
+    """A file of random properties, each with its answer, and a condition with the number of states that satisfy it."""
     if context.is_rare():
-        return
+        return None, [], None
     mdp = explore(context.source, context.case.settings["scope"], 3000)
     if len(mdp.values) > MOST_STATES:
-        return
+        return None, [], None
     rng = random.Random(context.case.seed)
     draw, text, known = Draw(context, rng), Text(context), Nested(mdp, context.case.settings["scope"])
     file, expected, satisfied = context.program.folder / "nested.props", [], None
@@ -217,9 +217,15 @@ def nested(context):
                     satisfied = (text.condition(drawn), len(holds))
         except (TooLarge, OverflowError, LeftOut):
             continue
+    file.write_text("".join(f"{written};\n" for written, _ in expected))
+    return file, expected, satisfied
+
+
+def nested(context):
+    """Verdicts and numbers of random properties are those of the definition."""
+    file, expected, satisfied = drawn(context)
     if not expected:
         return
-    file.write_text("".join(f"{written};\n" for written, _ in expected))
     context.case.features.add("nested properties")
     for engine in ("explicit", "symbolic"):
         options = ["--engine", engine, *context.program.settings("scope", "threads")]
@@ -228,10 +234,27 @@ def nested(context):
         )
         for (written, answer), entry in zip(expected, report["properties"]):
             compare(context, f"{written} ({engine})", answer, entry)
-
-
     if satisfied:
         written_as(context, *satisfied)
+
+
+def asked(context):
+    """The same of `Model.ask` in Python: of a file, and of one property alone."""
+    import meliora
+
+    file, expected, _ = drawn(context)
+    if not expected:
+        return
+    model = meliora.Model.from_file(context.program.model)
+    scope = context.case.settings["scope"]
+    for (written, answer), entry in zip(expected, model.ask(file=file, scope=scope)):
+        compare(context, f"{written} (in a file)", answer, entry)
+    written, answer = random.Random(context.case.seed).choice(expected)
+    try:
+        entry = model.ask(written, scope=scope)
+    except (meliora.InputError, meliora.UsageError) as error:
+        entry = {"holds": None, "reason": str(error)}
+    compare(context, f"{written} (alone)", answer, entry)
 
 
 def written_as(context, written, count):
@@ -258,4 +281,4 @@ def compare(context, what, answer, entry):
     context.same(what, "", "" if inside and narrow else f"{found}, not {[str(value) for value in answer]}")
 
 
-ALL = {"nested": nested}
+ALL = {"nested": nested, "asked": asked}
