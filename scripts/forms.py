@@ -91,7 +91,7 @@ def drawn(source: str, root: Path | None, folder: Path, meliora: str, rng: rando
     """One question about each instance of a collection."""
     found = []
     for instance in instances.read(source, root, folder, meliora):
-        options = ("--const", instance.constants) if instance.constants else ()
+        options: tuple[str, ...] = ("--const", instance.constants) if instance.constants else ()
         options += ("--coalition", instance.coalition) if instance.coalition else ()
         text, target, operator = instances.PLAN if instance.kind == "plan" else instance.text, "", ""
         if instance.kind in ("regions", "states"):
