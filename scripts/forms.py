@@ -4,9 +4,8 @@
 usage: forms.py [SOURCE…] [--root FOLDER] [--count 40] [--seed 0] [--limit 20] [--floor 0.2] [--ratio 1.3]
                 [--meliora BINARY] [--python INTERPRETER]
 
-Each SOURCE is a collection as for regret.py: models with targets, of which each is asked with one of several operators.
-A folder with PDDL files named domain*.pddl and others is one of planning problems, which are asked for their goals. Without a
-source, the questions are about the models of this repository, games and JANI among them. --count questions are drawn.
+Each SOURCE is a collection as for scripts/bench: models with targets are asked with one of several operators each, and
+planning problems for their goals. Without a source, the questions are about the models of this repository, games and JANI among them. --count questions are drawn.
 
 | form | is |
 | --- | --- |
@@ -36,10 +35,10 @@ import tempfile
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any
 
 import harness
-import regret
+from bench import instances
 
 CONDITIONS = ("Pmax>=1", "P>=1", "Pmax>0", "P>0", "Pmax<1", "P<=0", "Pmax>=0.5")
 NUMBERS = ("Pmax=?", "Pmin=?")
@@ -89,30 +88,19 @@ def own(arguments: str, text: str) -> Asked:
     return Asked(tuple(files), text, tuple(words[len(files) :]))
 
 
-def planning(folder: Path) -> Iterator[Asked]:
-    """The problems of a folder with their goals."""
-    domain = next(iter(sorted(folder.glob("domain*.pddl"))))
-    for problem in sorted(folder.glob("*.pddl")):
-        if not problem.name.startswith("domain"):
-            yield Asked((str(domain), str(problem)), 'Pmax>=1 [ F "goal" ]')
-
-
-def drawn(source: str, root: Path | None, folder: Path, rng: random.Random) -> list[Asked]:
+def drawn(source: str, root: Path | None, folder: Path, meliora: str, rng: random.Random) -> list[Asked]:
     """One question about each instance of a collection."""
-    path = Path(source.rpartition("=")[2])
-    if path.is_dir() and any(path.glob("domain*.pddl")):
-        return list(planning(path))
     found = []
-    for instance in regret.instances(source, root, folder):
-        options = dict(zip(instance.question[::2], instance.question[1::2]))
-        rest = ("--const", options["--const"]) if "--const" in options else ()
-        target, text, operator = options.get("--target", ""), options.get("--property", ""), ""
-        if target:
-            operator, formula = rng.choice((*CONDITIONS, *NUMBERS)), rng.choice(FORMULAS)
+    for instance in instances.read(source, root, folder, meliora):
+        options: tuple[str, ...] = ("--const", instance.constants) if instance.constants else ()
+        options += ("--coalition", instance.coalition) if instance.coalition else ()
+        text, target, operator = instances.PLAN if instance.kind == "plan" else instance.text, "", ""
+        if instance.kind in ("regions", "states"):
+            target, operator, formula = text, rng.choice((*CONDITIONS, *NUMBERS)), rng.choice(FORMULAS)
             text = f"{operator} [ {formula.format(target)} ]"
             operator = operator if formula == FORMULAS[0] else ""
-        if text:
-            found.append(Asked((str(instance.model),), text, rest, target, operator))
+        if instance.kind != "check":
+            found.append(Asked(tuple(map(str, instance.files)), text, options, target, operator))
     return found
 
 
@@ -245,7 +233,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as home:
         folder = Path(home)
         collections = [[own(*asked) for asked in OWN]]
-        collections += [drawn(source, options.root, folder, rng) for source in options.sources]
+        collections += [drawn(source, options.root, folder, meliora, rng) for source in options.sources]
         for collection in collections:
             rng.shuffle(collection)
         turns = [asked for row in zip_longest(*collections) for asked in row if asked is not None]

@@ -76,7 +76,7 @@ def differs(one: Row, other: Row) -> list[str]:
 def contains(bounds: list[float | str], value: Fraction | float, exact: bool) -> bool:
     """Whether an interval contains a known value."""
     low, high = (math.inf if x == "inf" else Fraction(x) for x in bounds)
-    slack = 0 if exact or value == math.inf else Fraction(APPROXIMATE * max(abs(value), 1e-9))
+    slack = Fraction(0 if exact or value == math.inf else APPROXIMATE * max(abs(float(value)), 1e-9))
     return low - slack <= value <= high + slack
 
 
@@ -84,7 +84,7 @@ class Measuring:
     """The runs of some tools, and the file of their rows."""
 
     def __init__(self, given: argparse.Namespace, meliora: str, folder: Path) -> None:
-        self.given, self.known = given, set()
+        self.given = given
         self.tools = [made for text in given.tool for made in tools.tool(text, meliora, given.memory, folder)]
         said = harness.run([meliora, "--version"], 10.0).stdout
         commit = re.search(r"^commit (\S+)", said, re.MULTILINE)

@@ -47,4 +47,4 @@ for (const part of document.querySelectorAll('body *')) {
   if (['hidden', 'clip'].includes(overflowX) && part.localName !== 'svg' && part.scrollWidth > part.clientWidth + 1) note('cut', part);
 }
 if (document.documentElement.scrollWidth > innerWidth) note('the page is too wide', document.querySelector('h1'));
-parent.document.body.dataset.faults = faults.length ? faults.join(' | ') : 'none';
+parent.document.body.dataset[window.name] = faults.length ? faults.join(' | ') : 'none';

@@ -2,9 +2,8 @@
 //! overlap nor are cut, on screens and on phones. Without Chromium the tests are skipped.
 
 use std::fs;
-use std::path::Path;
 
-use crate::cli::browser::{browse, browser, with_script};
+use crate::cli::browser::{browse, browser, noted};
 use crate::cli::common::{Finished, Scratch, meliora};
 
 /// A robot on a grid, whose places are objectives.
@@ -34,23 +33,6 @@ const STRIP: &str = "mdp\nmodule strip\n p : [0..3] init 0; e : [0..29] init 29;
 const STRIP_PREFS: &str =
     "objective Through = F (door & p=3);\nobjective Door = F door;\nprefer Through > Door;\n";
 
-/// Returns what the probe notes in a page of a width; sliders are at their start.
-fn faults(browser: &Path, scratch: &Scratch, page: &str, width: usize) -> String {
-    let (probe, frame) = (scratch.show("probe.html"), scratch.show("frame.html"));
-    // The maps take their sizes after the first frame.
-    let script = format!("<script>setTimeout(() => {{ {} }}, 500);</script>", include_str!("boxes.js"));
-    with_script(page, &script, &probe);
-    let inner = fs::read_to_string(&probe).unwrap().replace('&', "&amp;").replace('"', "&quot;");
-    // Windows of the browser are at least 500 pixels wide.
-    let outer = format!(
-        "<!doctype html><body style=\"margin:0\"><iframe style=\"border:0\" width={width} height=900 srcdoc=\"{inner}\"></iframe></body>"
-    );
-    fs::write(&frame, outer).unwrap();
-    let dom = browse(browser, scratch, &["--window-size=1400,900", "--dump-dom", &format!("file://{frame}")]);
-    let found = dom.rsplit("data-faults=\"").next().unwrap().split('"').next().unwrap();
-    found.to_owned()
-}
-
 #[test]
 fn marks_stay_in_their_cells_and_texts_are_whole_on_screens_and_phones() {
     let Some(browser) = browser() else { return };
@@ -67,13 +49,19 @@ fn marks_stay_in_their_cells_and_texts_are_whole_on_screens_and_phones() {
         ["models/pursuit.prism", "models/pursuit.pref"]
             .map(|file| fs::read_to_string(file).unwrap().replace("const int N;", "const int N = 9;")),
     ];
-    for (number, [model, prefs]) in models.iter().enumerate() {
+    // The maps take their sizes after the first frame; sliders are at their start.
+    let script = format!("<script>setTimeout(() => {{ {} }}, 500);</script>", include_str!("boxes.js"));
+    let page = |[model, prefs]: &[String; 2]| {
         let scratch = Scratch::new(&[("m.prism", model), ("p.pref", prefs)]);
         let [m, p, page] = ["m.prism", "p.pref", "page.html"].map(|name| scratch.show(name));
         Finished::of(meliora().args(["report", &m, &p, "--out", &page])).expect(0);
-        for width in [1400, 420] {
-            assert_eq!(faults(&browser, &scratch, &page, width), "none", "model {number}, {width} pixels");
-        }
+        fs::read_to_string(&page).unwrap()
+    };
+    let pages: Vec<String> = models.iter().map(page).collect();
+    let frames: Vec<_> = pages.iter().flat_map(|page| [(page.as_str(), 1400), (page, 420)]).collect();
+    let noted = noted(&browser, &Scratch::new(&[]), &[], &script, &frames);
+    for (number, faults) in noted.iter().enumerate() {
+        assert_eq!(faults, "none", "model {}, {} pixels", number / 2, frames[number].1);
     }
 }
 

@@ -92,19 +92,40 @@ const PROBE: &str = "<script>const box = (map) => document.querySelector('#map-'
     const sum = (fill) => fill.match(/[\\d.]+/g).slice(0, 3).map(Number).reduce((a, b) => a + b) * (fill.startsWith('rgb') ? 1 : 255);\
     const light = Math.max(...fills.filter((fill) => !fill.startsWith('url')).map(sum));\
     const low = Math.max(...['sasi', 'spi', 'classes'].map((map) => box(map).bottom));\
-    parent.document.body.dataset.probe = [low, document.documentElement.scrollWidth, light].join(' ');</script>";
+    parent.document.body.dataset[window.name] = [low, document.documentElement.scrollWidth, light].join(' ');</script>";
 
-/// Returns the numbers of the probe.
-fn probed(dom: &str) -> [f64; 3] {
-    let text = dom.split("data-probe=\"").nth(1).unwrap().split('"').next().unwrap();
-    let numbers: Vec<f64> = text.split(' ').map(|number| number.parse().unwrap()).collect();
-    numbers.try_into().unwrap()
-}
-
-/// Writes a copy of a page with a script at its end.
-pub(crate) fn with_script(page: &str, script: &str, to: &str) {
-    let text = std::fs::read_to_string(page).unwrap().replace("</body>", &format!("{script}</body>"));
-    std::fs::write(to, text).unwrap();
+/// Shows pages in one window, each with a script at its end and in a frame of its width. Returns what each script
+/// notes under the name of its window. (Windows of the browser are at least 500 pixels wide.)
+pub(crate) fn noted(
+    browser: &Path,
+    scratch: &Scratch,
+    options: &[&str],
+    script: &str,
+    pages: &[(&str, usize)],
+) -> Vec<String> {
+    let frame = |(number, (page, width)): (usize, &(&str, usize))| {
+        let inner = page.replace("</body>", &format!("{script}</body>"));
+        let inner = inner.replace('&', "&amp;").replace('"', "&quot;");
+        let size = format!("style=\"border:0\" width={width} height=900");
+        format!("<iframe name=\"f{number}\" {size} srcdoc=\"{inner}\"></iframe>")
+    };
+    let frames: String = pages.iter().enumerate().map(frame).collect();
+    let file = scratch.show("frames.html");
+    std::fs::write(&file, format!("<!doctype html><body style=\"margin:0\">{frames}</body>")).unwrap();
+    let url = format!("file://{file}");
+    let all = [options, &["--window-size=1400,900", "--dump-dom", &url]].concat();
+    let dom = browse(browser, scratch, &all);
+    let head = dom.split("<iframe").next().unwrap();
+    let note = |number: usize| {
+        let found = head.split(&format!(" data-f{number}=\"")).nth(1);
+        found
+            .unwrap_or_else(|| panic!("frame {number} notes nothing: {head}"))
+            .split('"')
+            .next()
+            .unwrap()
+            .to_owned()
+    };
+    (0..pages.len()).map(note).collect()
 }
 
 /// Returns the browser, or prints that the test is skipped.
@@ -120,32 +141,32 @@ pub(crate) fn browser() -> Option<PathBuf> {
 fn maps_fit_the_window_narrow_pages_and_dark_themes() {
     let Some(browser) = browser() else { return };
     let scratch = Scratch::new(&[]);
-    let (page, probe, narrow) =
-        (scratch.show("page.html"), scratch.show("probe.html"), scratch.show("narrow.html"));
     let tall = "generate gridworld --rows 30 --cols 12 --battery none --items 4 --seed 2 --force";
     run(&format!("{tall} --out {}", scratch.show("tall"))).expect(0);
     let tall = format!("{} {}", scratch.show("tall.prism"), scratch.show("tall.pref"));
     let game = "models/pursuit.prism models/pursuit.pref -c N=12";
-    for model in ["models/robot5x5.prism models/robot5x5.pref", &tall, game] {
+    let models = ["models/robot5x5.prism models/robot5x5.pref", &tall, game];
+    let page = |model: &str| {
+        let page = scratch.show("page.html");
         run(&format!("report {model} --out {page}")).expect(0);
-        with_script(&page, PROBE, &probe);
-        let shown = |options: &[&str], file: &str| {
-            let file = format!("file://{file}");
-            probed(&browse(
-                &browser,
-                &scratch,
-                &[options, &["--window-size=1400,900", "--dump-dom", &file]].concat(),
-            ))
-        };
-        let [low, width, light] = shown(&[], &probe);
+        std::fs::read_to_string(page).unwrap()
+    };
+    let pages = models.map(page);
+    let probed = |options: &[&str], width: usize| {
+        let frames = pages.each_ref().map(|page| (page.as_str(), width));
+        noted(&browser, &scratch, options, PROBE, &frames).into_iter().map(|text| {
+            let numbers: Vec<f64> = text.split(' ').map(|number| number.parse().unwrap()).collect();
+            <[f64; 3]>::try_from(numbers).unwrap()
+        })
+    };
+    for (model, [low, width, light]) in models.iter().zip(probed(&[], 1400)) {
         assert!(low <= 900.0 && width <= 1400.0 && light > 600.0, "{model}: {low} {width} {light}");
-        let [_, _, dark] = shown(&["--blink-settings=preferredColorScheme=0"], &probe);
+    }
+    for (model, [_, _, dark]) in models.iter().zip(probed(&["--blink-settings=preferredColorScheme=0"], 1400))
+    {
         assert!(dark < 560.0, "{model}: {dark}");
-        let inner = std::fs::read_to_string(&probe).unwrap().replace('&', "&amp;").replace('"', "&quot;");
-        let frame =
-            format!("<!doctype html><body><iframe width=420 height=900 srcdoc=\"{inner}\"></iframe></body>");
-        std::fs::write(&narrow, frame).unwrap();
-        let [_, width, _] = shown(&[], &narrow);
+    }
+    for (model, [_, width, _]) in models.iter().zip(probed(&[], 420)) {
         assert!(width <= 420.0, "{model}: {width}");
     }
 }
@@ -186,7 +207,8 @@ fn a_page_shows_in_a_browser_what_query_says() {
                  slider.dispatchEvent(new Event('input', { bubbles: true }));\
                  document.querySelector('#map-sasi .cell[data-row=\"2\"][data-col=\"1\"] rect')\
                  .dispatchEvent(new Event('click', { bubbles: true }));</script>";
-    with_script(&page, mover, &moved);
+    let text = std::fs::read_to_string(&page).unwrap().replace("</body>", &format!("{mover}</body>"));
+    std::fs::write(&moved, text).unwrap();
     let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{moved}")]);
     let condition = "b=3 & !d & !e & !f & !ch";
     let sasi = cells(&dom, "sasi");

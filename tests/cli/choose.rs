@@ -135,7 +135,7 @@ fn models_have_the_values_that_their_runs_show() {
         "models/lateral_prefix.prism models/lateral_prefix.pref --choose cheap --safety prefix",
         "models/courier.prism models/courier.pref --choose likely",
         "models/courier.prism models/courier.pref --choose cheap --safety prefix",
-        "models/patrol.prism models/patrol.pref -c N=2 --choose likely",
+        "models/patrol.prism models/patrol.pref -c N=2 --choose likely --runs 300",
     ] {
         let play = simulated(arguments);
         assert!(agrees(&play), "{arguments}: {}", play["value"]);

@@ -1,5 +1,5 @@
 //! Counts the reachable states of a Boolean network by the saturation of `biodivine-algo-bdd-scc`,
-//! for `scripts/boolean_networks.py --peer`.
+//! for the tool `peer` of `scripts/bench`.
 //!
 //! Reads the file .bnet named by the only argument and prints the number of states. Initially all
 //! variables with a function are false, and the inputs, which keep their value, have any value. The
