@@ -23,22 +23,44 @@ pub struct SourceFile {
     pub text: String,
     /// The original text, if it differs.
     original: Option<String>,
+    /// The place of the first byte that is not UTF-8, if the bytes were read as Latin-1.
+    latin1: Option<usize>,
 }
 
 impl SourceFile {
     /// Stores a text with its name.
     pub fn new(name: impl Into<String>, text: impl Into<String>) -> Arc<Self> {
-        let (name, text) = (name.into(), text.into());
+        Arc::new(SourceFile::stored(name.into(), text.into(), None))
+    }
+
+    fn stored(name: String, text: String, latin1: Option<usize>) -> Self {
         let plain = text.strip_prefix('\u{feff}').unwrap_or(&text);
         match lines_ended(plain) {
             Cow::Borrowed(same) if same.len() == text.len() => {
-                Arc::new(SourceFile { name, text, original: None })
+                SourceFile { name, text, original: None, latin1 }
             }
             read => {
                 let read = read.into_owned();
-                Arc::new(SourceFile { name, text: read, original: Some(text) })
+                SourceFile { name, text: read, original: Some(text), latin1 }
             }
         }
+    }
+
+    /// Stores a text that was read as Latin-1; `place` is that of its first byte that is not UTF-8.
+    pub(crate) fn of_latin1(name: String, text: String, place: usize) -> Arc<Self> {
+        Arc::new(SourceFile::stored(name, text, Some(place)))
+    }
+
+    /// Returns the warning that the bytes were not UTF-8 and are read as Latin-1; `None` if they were.
+    pub fn encoding_warning(self: &Arc<Self>) -> Option<Diagnostic> {
+        let place = self.floor(self.latin1?);
+        let end = self.floor(place + 2).max(place);
+        let message = "the file is not UTF-8, and is read as Latin-1";
+        Some(
+            Diagnostic::new(self, place..end, message)
+                .severity(Severity::Warning)
+                .label("the first byte that is not UTF-8"),
+        )
     }
 
     /// Returns the text as it was given.

@@ -20,7 +20,7 @@ impl SourceFile {
     /// Reads a text file; its name is the path.
     ///
     /// # Errors
-    /// The file cannot be read, has more than 256 MiB, or is not UTF-8.
+    /// The file cannot be read, has more than 256 MiB, or is neither UTF-8 nor Latin-1.
     pub fn open(path: &Path) -> Result<Arc<Self>> {
         let name = path.display().to_string();
         match File::open(path) {
@@ -32,7 +32,7 @@ impl SourceFile {
     /// Reads a text to its end.
     ///
     /// # Errors
-    /// The text cannot be read, has more than 256 MiB, or is not UTF-8.
+    /// The text cannot be read, has more than 256 MiB, or is neither UTF-8 nor Latin-1.
     pub fn read(name: impl Into<String>, from: impl Read) -> Result<Arc<Self>> {
         let name = name.into();
         let bytes = bytes(&name, from)?;
@@ -103,15 +103,22 @@ where
     deserializer.deserialize_map(Once(PhantomData))
 }
 
-/// Returns bytes as a text.
+/// Returns bytes as a text, in UTF-8 or else in Latin-1.
 ///
 /// # Errors
-/// They are not UTF-8.
+/// They are neither: most of them are not letters, digits or signs of ASCII, or some control the terminal.
 pub fn text(name: String, bytes: Vec<u8>) -> Result<Arc<SourceFile>> {
     match String::from_utf8(bytes) {
         Ok(text) => Ok(SourceFile::new(name, text)),
         Err(e) => {
             let at = e.utf8_error().valid_up_to();
+            let bytes = e.as_bytes();
+            let is_shown = |b: &u8| !b.is_ascii_control() || b.is_ascii_whitespace();
+            if bytes.iter().all(is_shown) && 2 * bytes.iter().filter(|b| b.is_ascii()).count() > bytes.len() {
+                // Each byte is the character with its number.
+                let read = |bytes: &[u8]| bytes.iter().copied().map(char::from).collect::<String>();
+                return Ok(SourceFile::of_latin1(name, read(bytes), read(&bytes[..at]).len()));
+            }
             let message = format!("this is not UTF-8 text: byte {at} is invalid");
             Err(Error::Io { path: name, message })
         }

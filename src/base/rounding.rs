@@ -10,9 +10,9 @@ use super::value::{Binary, EvalError};
 /// Largest deviation from 1 that is accepted silently, in billionths: probabilities are written with
 /// ten digits or more, or come from doubles.
 const SILENT: i64 = 1;
-/// Largest deviation from 1 that is accepted with a warning: one millionth, plus a margin for the
+/// Largest deviation from 1 that is accepted with a warning: 1e-5 as in PRISM, plus a margin for the
 /// doubles nearest to three times 0.333333, in billionths.
-const TOLERATED: i64 = 1_001;
+const TOLERATED: i64 = 10_001;
 
 /// The judgement on a sum of probabilities.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,7 +82,8 @@ mod tests {
             ("0.999999", Sum::Rounded),
             ("1.000001", Sum::Rounded),
             ("0.999", Sum::Wrong),
-            ("0.99999", Sum::Wrong),
+            ("0.99999", Sum::Rounded),
+            ("0.9999", Sum::Wrong),
         ] {
             assert_eq!(Sum::of(&Real::Finite(decimal(sum).unwrap())), expected, "{sum}");
         }

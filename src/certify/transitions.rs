@@ -23,9 +23,8 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{Branch, CommandId, ModelKind, Program, State};
 
-/// Largest deviation of a sum of probabilities from 1, in billionths, as the definition says: one
-/// millionth, and a margin for doubles.
-const TOLERATED: i64 = 1_001;
+/// Largest deviation of a sum of probabilities from 1, in billionths: 1e-5, and a margin for doubles.
+const TOLERATED: i64 = 10_001;
 
 /// Maximum number of choices of a state that is looked at.
 const MOST_CHOICES: usize = 1 << 10;

@@ -203,6 +203,7 @@ pub(super) fn preferring(
 
 fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<Question, Error> {
     let question = with_preferences(loaded, preferences)?;
+    sink.warn_at(&Vec::from_iter(question.source.encoding_warning()));
     for warning in question.preferences.warnings() {
         sink.warn(&format!("{} {warning}", question.source.name));
     }

@@ -63,6 +63,7 @@ pub(super) fn read(
     sink: &TerminalSink,
 ) -> Result<(Questions, Vec<PropertyAnswer>), Error> {
     let source = load::read(chosen.file)?;
+    sink.warn_at(&Vec::from_iter(source.encoding_warning()));
     let given = SourceFile::new("--const", model.constants());
     refuse_values(&source, &given)?;
     let mut open = open_constants(&source)?;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use crate::table::{self, Frame};
 use crate::umb::archive::{self, Files};
-use meliora_base::error::{Error, Result, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_base::progress::ProgressSink;
 use meliora_base::reading;
 use meliora_lang::ast::Item;
@@ -134,12 +134,19 @@ impl Document {
     /// # Errors
     /// The file is not a model; a limit.
     pub fn load(&self, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
+        let mut checked = self.checked(given, sink)?;
+        checked.warnings.extend(self.texts().filter_map(SourceFile::encoding_warning));
+        Ok(checked)
+    }
+
+    fn checked(&self, given: &Given, sink: &dyn ProgressSink) -> Result<Checked> {
         if !self.parts.is_empty() {
             return crate::problem(&self.parts, self.for_goals, given, sink);
         }
         if self.for_goals && meliora_pddl::is_pddl(&self.source.text) {
             return crate::problem(std::slice::from_ref(&self.source), true, given, sink);
         }
+        self.refuse_language()?;
         let frame = Frame { source: &self.source, given, sink };
         let [values, labels] = self.beside.each_ref().map(Option::as_ref);
         let checked = match &self.archive {
@@ -148,5 +155,24 @@ impl Document {
             None => return crate::load_given(&self.source, given, sink),
         };
         checked.map(displayed)
+    }
+
+    /// Refuses languages that are not read, by the names of their files.
+    fn refuse_language(&self) -> Result<()> {
+        let extension = Path::new(&self.source.name).extension().and_then(|e| e.to_str()).unwrap_or_default();
+        let (language, help) = match extension {
+            "rddl" => ("RDDL", "write it in PPDDL, or in PRISM's language"),
+            "modest" => ("Modest", "`modest export-to-jani` writes JANI, which is read"),
+            _ => return Ok(()),
+        };
+        let place = 0..self.source.text.find('\n').unwrap_or(self.source.text.len());
+        let wrong = Diagnostic::new(&self.source, place, format!("{language} is not supported"));
+        Err(wrong.severity(Severity::Unsupported).help(help).into())
+    }
+
+    /// Returns the texts.
+    fn texts(&self) -> impl Iterator<Item = &Arc<SourceFile>> {
+        let whole = self.parts.is_empty().then_some(&self.source);
+        whole.into_iter().chain(self.beside.iter().flatten()).chain(&self.parts)
     }
 }

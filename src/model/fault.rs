@@ -41,7 +41,7 @@ pub fn error(program: &Program, fault: &StepError, state: &[i64]) -> Error {
             let sum = shown(&sum);
             let message = format!("the probabilities of {} give {sum} in the state {at}", title(program, id));
             let help =
-                "probabilities lie between 0 and 1 and sum to 1 (within 1e-6) wherever the guard holds";
+                "probabilities lie between 0 and 1 and sum to 1 (within 1e-5) wherever the guard holds";
             let label = format!("gives {sum}");
             diagnostic(program, span(program, id), message, label, Some(help.to_owned())).into()
         }
@@ -124,7 +124,7 @@ fn shown(number: &Real) -> String {
 pub fn rounded(program: &Program, id: CommandId, sum: f64, state: &[i64]) -> Diagnostic {
     let at = program.show_state(state);
     let message = format!("the probabilities of {} sum to {sum} in the state {at}", title(program, id));
-    let help = "sums within 1e-6 of 1 are treated as 1; fractions such as 1/3 are exact";
+    let help = "sums within 1e-5 of 1 are treated as 1; fractions such as 1/3 are exact";
     diagnostic(program, span(program, id), message, "not 1".to_owned(), Some(help.to_owned()))
         .severity(Severity::Warning)
 }

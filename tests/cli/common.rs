@@ -43,6 +43,11 @@ impl Finished {
         serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"))
     }
 
+    /// Checks that standard error contains a text.
+    pub fn says(&self, text: &str) {
+        assert!(self.stderr.contains(text), "{text}: {}", self.stderr);
+    }
+
     /// Requires an exit status.
     #[track_caller]
     pub fn expect(self, status: i32) -> Self {

@@ -51,6 +51,8 @@ fn what_is_not_read_is_refused_by_what_it_is_with_what_helps() {
         ),
         ("m.pexp", "2 2\n0 1 1\n1 1 1\n# Transitions (DTMC)\n1 1\n0 0 1\n", "occurs twice", ""),
         ("m.drn", drn, "models of type CTMC are not supported", ""),
+        ("m.rddl", "domain walk {\n}\n", "RDDL is not supported", "PPDDL"),
+        ("m.modest", "process P() { tau }\n", "Modest is not supported", "writes JANI"),
         ("m.jani", "{ // a walk\n\"jani-version\": 1}", "not JSON", "JSON has no comments"),
         ("m.jani", "// a walk\n{\"jani-version\": 1}", "not JSON", "JSON has no comments"),
         ("m.json", "/* a\n walk */ {\"jani-version\": 1}", "not JSON", "JSON has no comments"),
@@ -174,4 +176,54 @@ fn the_state_of_a_model_without_variables_is_shown() {
     assert!(shown.contains("Variables\n  none\n"), "{shown}");
     let json = Finished::of(meliora().args(["check", &file, &prefs, "--json"])).expect(0).json();
     assert_eq!(json["initial"][0]["state"], json!({}));
+}
+
+#[test]
+fn explicit_files_of_storm_have_their_kind_in_the_first_line() {
+    let labels = ("m.lab", "#DECLARATION\ninit goal\n#END\n0 init\n1 goal\n2 goal\n");
+    let mdp = ("m.tra", "mdp\n0 0 1 0.25\n0 0 3 0.75\n0 1 2 0.5\n0 1 3 0.5\n1 0 1 1\n2 0 2 1\n3 0 3 1\n");
+    let greatest = value(&[mdp, labels], "Pmax=? [ F \"goal\" ]", &[]);
+    assert_eq!(greatest, json!({"lower": 0.5, "upper": 0.5}));
+    let dtmc = ("m.tra", "dtmc\n0 1 0.5\n0 3 0.5\n1 1 1\n3 3 1\n");
+    let only = value(&[dtmc, labels], "P=? [ F \"goal\" ]", &[]);
+    assert_eq!(only, json!({"lower": 0.5, "upper": 0.5}));
+    // State 2 has no line: it is a deadlock.
+    assert_eq!(info(&[dtmc, labels]).json()["counts"]["states"], "3");
+    for (text, message) in [
+        ("mdp\n0 0 900000 1\n", "no transitions of 900001 states"),
+        ("mdp\n0 1\n", "expected `state choice target probability action`"),
+        ("dtmc\n1 1 1\n0 0 1\n", "not sorted"),
+    ] {
+        info(&[("m.tra", text)]).expect(3).says(message);
+    }
+    let labels = ("m.lab", "#DECLARATION\ninit goal\n#END\n0 init away\n");
+    info(&[dtmc, labels]).expect(3).says("there is no label away");
+}
+
+#[test]
+fn files_in_latin_1_are_read_with_a_warning() {
+    let scratch = Scratch::new(&[("p.pref", "objective A = F x=1;\n")]);
+    let model = b"// Mod\xe8le d'Andr\xe9\nmdp module m x : [0..1] init 0; [] x=0 -> (x'=1); [] x=1 -> true; endmodule\n";
+    std::fs::write(scratch.path("m.prism"), model).unwrap();
+    std::fs::write(scratch.path("m.props"), b"// caf\xe9\nP>=1 [ F x=1 ];\n").unwrap();
+    let run = |arguments: &[&str]| Finished::of(meliora().args(arguments));
+    let (path, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    let read = run(&["reach", &path, "--properties", &file]).expect(0);
+    read.says("the file is not UTF-8, and is read as Latin-1");
+    read.says("warning");
+    std::fs::write(scratch.path("m.bin"), [0x89, 0x50, 0x4e, 0x47, 0xff, 0x00]).unwrap();
+    run(&["info", &scratch.show("m.bin")]).expect(3).says("this is not UTF-8 text: byte 0 is invalid");
+}
+
+#[test]
+fn probabilities_that_six_digits_round_are_scaled_with_a_warning() {
+    let six =
+        "0.142857:(s'=1)+0.142857:(s'=2)+0.142857:(s'=3)+0.142857:(s'=4)+0.142857:(s'=5)+0.285713:(s'=6)";
+    let model = format!("mdp module m s:[0..6] init 0; [go] s=0 -> {six}; [] s>0 -> true; endmodule\n");
+    let scratch = Scratch::new(&[("m.prism", &model)]);
+    let asked = ["reach", &scratch.show("m.prism"), "--property", "Pmax<0.28572 [ F s=6 ]"];
+    Finished::of(meliora().args(asked)).expect(0).says("sum to");
+    let far = model.replace("0.285713", "0.28570");
+    let scratch = Scratch::new(&[("m.prism", &far)]);
+    Finished::of(meliora().args(["info", &scratch.show("m.prism")])).expect(3);
 }

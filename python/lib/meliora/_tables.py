@@ -262,7 +262,7 @@ def _check_distributions(rows: list[_Row], names: list[str]) -> None:
             if any(not 0 <= probability <= 1 for _, probability in branches):
                 wrong = next(probability for _, probability in branches if not 0 <= probability <= 1)
                 _wrong(f"{where}: {wrong} is not a probability")
-            if abs(total - 1) > 1e-6:
+            if abs(total - 1) > 1e-5:
                 _wrong(f"{where}: the probabilities sum to {total}, not to 1")
 
 

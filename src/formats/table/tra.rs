@@ -1,5 +1,5 @@
-//! The reader of PRISM's explicit files: `.tra` with the transitions, and next to it `.sta` with the
-//! values and `.lab` with the labels of the states.
+//! The reader of explicit files of PRISM and of Storm: `.tra` with the transitions, and next to it `.sta` with the values
+//! (only PRISM) and `.lab` with the labels of the states.
 
 use std::sync::Arc;
 
@@ -16,12 +16,18 @@ use meliora_lang::{Actions, Checked};
 use meliora_model::ModelKind;
 
 /// Returns true if a text is meant as transitions: its first line has two to four numbers, of which
-/// the first may be followed by the number of players, as in `5:2 7 9`. Four are those of a POMDP.
+/// the first may be followed by the number of players, as in `5:2 7 9`. Four are those of a POMDP. In files of Storm, it
+/// is the kind of the model, and the second line has numbers.
 pub(crate) fn is_tra(source: &Arc<SourceFile>) -> bool {
-    let Some(first) = lines(source, "#").next() else { return false };
+    let mut all = lines(source, "#");
+    let Some(first) = all.next() else { return false };
     let words: Vec<&str> = first.text.split_whitespace().collect();
     let is_number = |word: &&str| word.bytes().all(|b| b.is_ascii_digit());
     match words.as_slice() {
+        ["mdp" | "dtmc"] => {
+            let second = all.next().map(|line| line.text.split_whitespace().take(2).collect::<Vec<_>>());
+            second.is_some_and(|words| words.len() == 2 && words.iter().all(is_number))
+        }
         [_, _] | [_, _, _, _] => words.iter().all(is_number),
         [states, others @ ..] if others.len() == 2 => {
             let (states, players) = split_player(states);
@@ -74,22 +80,42 @@ fn split_player(word: &str) -> (&str, Option<&str>) {
 
 /// The numbers of the first line.
 struct Counts {
+    kind: ModelKind,
     states: usize,
     /// The number of players of a game.
     players: Option<usize>,
-    /// The numbers of choices (not for a `dtmc`) and of transitions.
+    /// The numbers of choices (not for a `dtmc`) and of transitions; none in files of Storm.
     others: Vec<usize>,
 }
 
 impl Counts {
+    /// Counts the states of a file of Storm: those up to the greatest number.
+    fn of_storm<'s>(first: Line<'s>, transitions: impl Iterator<Item = Line<'s>>) -> Result<Self> {
+        let kind = if first.text == "dtmc" { ModelKind::Dtmc } else { ModelKind::Mdp };
+        let mut states = 0;
+        for line in transitions {
+            let read = transition(line, kind)?;
+            states = states.max(read.state + 1).max(read.target + 1);
+        }
+        // Deadlocks have no line.
+        if states > first.whole().len() {
+            return Err(first.wrong(format!("the file has no transitions of {states} states")));
+        }
+        Ok(Counts { kind, states, players: None, others: Vec::new() })
+    }
+
     fn read(first: Line<'_>) -> Result<Self> {
         let mut words = first.text.split_whitespace();
         let (states, players) = split_player(words.next().unwrap_or_default());
-        let counts = Counts {
-            states: first.index(states)?,
-            players: players.map(|players| first.index(players)).transpose()?,
-            others: words.map(|word| first.index(word)).collect::<Result<_>>()?,
+        let states = first.index(states)?;
+        let players = players.map(|players| first.index(players)).transpose()?;
+        let others: Vec<usize> = words.map(|word| first.index(word)).collect::<Result<_>>()?;
+        let kind = match (players, others.len()) {
+            (Some(_), _) => ModelKind::Smg,
+            (None, 2) => ModelKind::Mdp,
+            (None, _) => ModelKind::Dtmc,
         };
+        let counts = Counts { kind, states, players, others };
         // Deadlocks have no line, and players need no state; each counts for at least one byte of the text.
         let most = first.whole().len();
         match counts {
@@ -105,22 +131,17 @@ impl Counts {
             counts => Ok(counts),
         }
     }
-
-    fn kind(&self) -> ModelKind {
-        match (self.players, self.others.len()) {
-            (Some(_), _) => ModelKind::Smg,
-            (None, 2) => ModelKind::Mdp,
-            (None, _) => ModelKind::Dtmc,
-        }
-    }
 }
 
 fn transitions(frame: &Frame<'_>, sections: &Sections<'_>, poll: &mut Poll<'_>) -> Result<Table> {
     let mut all = sections.transitions.lines("#");
     let Some(first) = all.next() else { return Err(frame.wrong("the file has no transitions")) };
-    let counts = Counts::read(first)?;
-    sections.check(counts.kind())?;
-    let mut table = Table::new(counts.kind());
+    let counts = match first.text {
+        "mdp" | "dtmc" => Counts::of_storm(first, sections.transitions.lines("#").skip(1))?,
+        _ => Counts::read(first)?,
+    };
+    sections.check(counts.kind)?;
+    let mut table = Table::new(counts.kind);
     if let Some(players) = counts.players {
         table.players = numbered_players(players);
         table.owners = vec![0; counts.states];
@@ -157,7 +178,7 @@ fn transitions(frame: &Frame<'_>, sections: &Sections<'_>, poll: &mut Poll<'_>) 
     let with_choices = (table.kind != ModelKind::Dtmc).then_some(choices);
     let found = [Some(table.states()), with_choices, Some(table.targets.len())];
     let found: Vec<usize> = found.into_iter().flatten().collect();
-    if found[1..] != counts.others {
+    if !counts.others.is_empty() && found[1..] != counts.others {
         return Err(first.wrong(format!("the numbers of this line are {found:?} in the file")));
     }
     table.actions = actions.names;
@@ -320,11 +341,16 @@ fn label_names(line: Line<'_>) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Reads `0="init" 1="goal"`, then lines such as `3: 0 1`.
+/// Reads `0="init" 1="goal"`, then lines such as `3: 0 1`; of Storm, `init goal` between `#DECLARATION` and `#END`, then
+/// lines such as `3 init goal`.
 fn read_labels(part: &Part<'_>, table: &mut Table, poll: &mut Poll<'_>) -> Result<()> {
     let mut all = part.lines("#");
     let Some(first) = all.next() else { return Ok(()) };
-    let names = label_names(first)?;
+    let of_storm = !first.text.contains('=');
+    let names = match of_storm {
+        true => first.text.split_whitespace().map(str::to_owned).collect(),
+        false => label_names(first)?,
+    };
     let mut known = AHashSet::new();
     if let Some(name) = names.iter().find(|name| !known.insert(name.as_str())) {
         let again = first.text.rfind(&quoted(name)).map_or(first.text, |at| &first.text[at + 1..]);
@@ -333,17 +359,22 @@ fn read_labels(part: &Part<'_>, table: &mut Table, poll: &mut Poll<'_>) -> Resul
     let mut labels: Vec<(String, Vec<usize>)> = names.into_iter().map(|name| (name, Vec::new())).collect();
     for line in all {
         poll.step()?;
-        let Some((state, numbers)) = line.text.split_once(':') else {
-            return Err(line.wrong("expected a state with its labels, such as `3: 0 1`"));
+        let (between, form) = if of_storm { (' ', "3 init") } else { (':', "3: 0 1") };
+        let Some((state, own)) = line.text.split_once(between) else {
+            return Err(line.wrong(format!("expected a state with its labels, such as `{form}`")));
         };
         let state = line.index(state.trim())?;
         if state >= table.states() {
             return Err(line.wrong(format!("state {state} is not one of {}", table.states())));
         }
-        for number in numbers.split_whitespace() {
-            match labels.get_mut(line.index(number)?) {
+        for label in own.split_whitespace() {
+            let at = match of_storm {
+                true => labels.iter().position(|(name, _)| name == label).unwrap_or(usize::MAX),
+                false => line.index(label)?,
+            };
+            match labels.get_mut(at) {
                 Some((_, states)) => states.push(state),
-                None => return Err(line.wrong(format!("there is no label {number}"))),
+                None => return Err(line.wrong(format!("there is no label {label}"))),
             }
         }
     }
