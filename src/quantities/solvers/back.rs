@@ -38,7 +38,7 @@ impl<'a, N: Weight + PartialEq> Back<'a, N> {
 
     /// Returns what a choice earns, and the mean of `x` after it.
     pub(crate) fn mean(&self, choice: usize, x: &[N]) -> N {
-        let terms = self.game.edges(choice);
+        let terms = self.game.outcomes(choice);
         let gain = self.gains.as_ref().map(|(own, gains)| &gains[own.of_choice.get(choice) as usize]);
         let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
         let sum = match first {

@@ -3,19 +3,18 @@
 //! In a bottom component, the average is the reward until a state is entered again, divided by the number of steps until
 //! then. Both come from one elimination of all other states, without subtraction.
 
-use super::at_nodes::Vector;
 use super::components;
 use super::eliminate::{self, Row};
-use super::solve::solved;
-use crate::equations::game_graph::{GameGraph, Rewards};
+use super::reaching::{Vector, value_at};
+use crate::equations::game_graph::{GameGraph, Goal, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop};
-use crate::equations::number::{Interval, Number};
-use crate::equations::part::Part;
-use crate::equations::solution::Solution;
-use crate::equations::system::Quantity;
+use crate::equations::number::Number;
+use crate::equations::solution::{Rest, Solution};
+use crate::equations::system::{Quantity, Sets, System};
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
+use meliora_model::Optimum;
 
 /// Computes the averages of all states.
 ///
@@ -48,25 +47,34 @@ pub(crate) fn values<N: Number>(
         };
         component.iter().for_each(|&state| gains.set(state as usize, has_gain));
     }
-    let exits = averages.len() as u32;
-    (exits..).zip(nodes.iter_mut().filter(|node| **node == NONE)).for_each(|(next, node)| *node = next);
-    let all = BitVec::repeat(true, game.states());
-    let nothing = Rewards::of_set(game, &BitVec::repeat(false, game.states()));
-    let part = Part { game, nodes, exits, allowed: &all, rewards: Some(&nothing) };
-    let graph = part.graph(meter)?;
-    let mut below = Solution::new(graph.nodes(), |node| node < exits, None, meter)?;
-    (0..).zip(&averages).for_each(|(node, average)| below.set(node, average.clone()));
-    let (solution, end) = solved::<N>(&graph, Quantity::Reward, Some(&below), meter)?;
+    let nowhere = BitVec::repeat(false, game.states());
+    let mut averaged = Solution::new(
+        game.states(),
+        |state| nodes[state as usize] != NONE,
+        Rest::ones(game.states(), &|_| false),
+        meter,
+    )?;
+    for (state, &node) in (0..).zip(&nodes).filter(|(_, node)| **node != NONE) {
+        averaged.set(state, averages[node as usize].clone());
+    }
+    let sets = Sets {
+        open: (0..game.states()).map(|state| nodes[state] == NONE && gains[state]).collect(),
+        ones: nowhere,
+        permitted: BitVec::repeat(true, game.choices_in_all()),
+    };
+    let fractions: Vec<N> = game.fractions().iter().map(N::of).collect();
+    let asked = (Quantity::Reward, Goal::all(Optimum::Max));
+    let system =
+        System { closed: Some(&averaged), ..System::of_sets((game, &sets), asked, None, &fractions) };
+    let mut solution = system.start(meter)?;
+    let end = system.solve(&mut solution, meter);
     let end = if N::EXACT { Ok(end?) } else { end };
     let value = |(state, &node): (usize, &u32)| match averages.get(node as usize) {
         _ if !gains[state] => Some(N::zero()),
         Some(average) => Some(average.clone()),
-        None => {
-            let anything = N::rounded(Interval { lower: 0.0, upper: f64::INFINITY });
-            solution.get(node).cloned().or(anything)
-        }
+        None => value_at(&solution, state as u32, f64::INFINITY),
     };
-    Ok(Vector { values: part.nodes.iter().enumerate().map(value).collect(), end })
+    Ok(Vector { values: nodes.iter().enumerate().map(value).collect(), end })
 }
 
 /// Returns whether a component is never left; then its states get the number `exit`.
@@ -95,7 +103,7 @@ fn average<N: Number>(
     let gain = |state: u32| N::of(rewards.choice(state as usize));
     let row = |&state: &u32| {
         let mut row = Row { edges: Vec::new(), escape: N::zero(), constant: vec![gain(state), N::one()] };
-        for (to, weight) in game.edges(state as usize) {
+        for (to, weight) in game.outcomes(state as usize) {
             match place[to as usize] {
                 _ if to == state => {}
                 NONE => row.escape = row.escape.plus(&fraction(weight)),
@@ -112,7 +120,7 @@ fn average<N: Number>(
         _ => Limit::Size { what: "the average of a component has no value".to_owned() }.into(),
     })?;
     let [mut sum, mut steps] = [gain(last), N::one()];
-    for (to, weight) in game.edges(last as usize) {
+    for (to, weight) in game.outcomes(last as usize) {
         if let Some(values) = values.get(place[to as usize] as usize) {
             let p = fraction(weight);
             sum = sum.plus(&p.times(&values[0]));
