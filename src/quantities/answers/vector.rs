@@ -88,14 +88,13 @@ pub fn reward(
     answer(precision, f64::INFINITY, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal))
 }
 
-/// Computes the long-run fraction of time in a set, for models in which each state has one choice.
+/// Computes the long-run fraction of time in a set, for models of one player.
 ///
 /// # Errors
-/// Some state has several choices; a limit is reached before anything is known.
-pub fn long_run(arena: &Arena<'_>, set: &BitVec, precision: f64) -> Result<Answer> {
+/// Players look for different extremes; a limit is reached before anything is known.
+pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Goal, precision: f64) -> Result<Answer> {
     let rewards = Rewards::of_set(arena, set);
-    let mut found =
-        reward(arena, &rewards, &Accumulation::LongRun, Goal::all(meliora_model::Optimum::Max), precision)?;
+    let mut found = reward(arena, &rewards, &Accumulation::LongRun, goal, precision)?;
     for value in &mut found.values {
         if let Value::Finite(bounds) = value {
             bounds.interval.upper = bounds.interval.upper.min(1.0);
@@ -205,6 +204,6 @@ fn reward_of<N: Number>(
             let x = (0..arena.states()).map(|state| N::of(rewards.state(state))).collect();
             back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
         }
-        Accumulation::LongRun => long_run::values(arena, rewards, &mut meter),
+        Accumulation::LongRun => long_run::values(arena, rewards, goal, &mut meter),
     }
 }

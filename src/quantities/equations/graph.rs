@@ -41,6 +41,8 @@ pub(crate) struct Graph {
     kind_of: Narrow,
     kinds: Vec<Kind>,
     kind_numbers: AHashMap<Kind, u32>,
+    /// The number of the kind of the last node.
+    last: u32,
     /// The nodes with their choices and owners, as far as these have begun; the fractions are those of costs, too.
     pub(crate) game: GameGraph,
     /// The cost of each choice, by its number in [`GameGraph::fractions`].
@@ -80,11 +82,15 @@ impl Graph {
 
     /// Returns the number of a kind, a new one if the kind is new.
     fn kind(&mut self, kind: Kind) -> u32 {
-        let Graph { kinds, kind_numbers, .. } = self;
-        *kind_numbers.entry(kind).or_insert_with(|| {
-            kinds.push(kind);
-            kinds.len() as u32 - 1
-        })
+        let Graph { kinds, kind_numbers, last, .. } = self;
+        // Nodes that are found one after the other are mostly of one kind.
+        if kinds.get(*last as usize) != Some(&kind) {
+            *last = *kind_numbers.entry(kind).or_insert_with(|| {
+                kinds.push(kind);
+                kinds.len() as u32 - 1
+            });
+        }
+        *last
     }
 
     /// Returns the bytes of a node.

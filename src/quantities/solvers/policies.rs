@@ -262,10 +262,15 @@ impl Policies<'_, f64> {
         }
     }
 
-    /// Returns the bounds of the constants, moved outwards by a margin.
+    /// Returns the bounds of the constants, moved outwards by a margin. The upper bound of an action with one successor needs
+    /// none: where both sides can stay in the component, each step in it would have to be better than the one before.
     fn with_margin(&self, upper: bool, margin: f64) -> Vec<f64> {
         let by = if upper { margin } else { -margin };
-        self.rows.constants(upper).iter().map(|constant| constant + by).collect()
+        let moved = |(action, constant)| match upper && self.rows.copies(action) {
+            true => constant,
+            false => constant + by,
+        };
+        self.rows.constants(upper).into_iter().enumerate().map(moved).collect()
     }
 
     /// Replaces the values of the policy by those that its equations yield. Along the elimination, errors of rounding

@@ -91,10 +91,17 @@ impl Reaching<'_> {
                 let one = sides.almost_sure(self.target, self.left, meter)?;
                 (sides.positive(self.target, self.left) & !one.clone(), one, nothing)
             }
-            Collected::Until(_) => {
+            Collected::Until(rewards) => {
                 let sides = Sides::new(&game.choices, &minimisers, &all, meter)?;
                 let finite = sides.almost_sure(self.target, self.left, meter)?;
-                (finite.clone() & !self.target.clone(), nothing, !finite)
+                // The value is 0 where minimisers need no choice that earns, and others have none.
+                let free: BitVec = (0..all.len()).map(|choice| rewards.is_free(choice)).collect();
+                let is_free = |state: usize| {
+                    minimisers[state] || game.choices.of(state as u32).all(|choice| free[choice])
+                };
+                let left = (0..game.states()).map(|state| finite[state] && is_free(state)).collect();
+                let zero = Sides { allowed: &free, ..sides }.almost_sure(self.target, &left, meter)?;
+                (finite.clone() & !zero, nothing, !finite)
             }
             Collected::Always(rewards) => {
                 let gains = (0..nowhere.len()).map(|choice| !rewards.is_free(choice)).collect();

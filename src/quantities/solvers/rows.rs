@@ -331,6 +331,12 @@ impl Rows<f64> {
         low.iter().zip(high).all(|(low, high)| high - low <= most(*low))
     }
 
+    /// Returns whether the value of an action is that of the one group that it enters, without any rounding.
+    pub(crate) fn copies(&self, action: usize) -> bool {
+        let Constant { high, most, escape, .. } = self.constants[action];
+        self.start[action + 1] - self.start[action] == 1 && [high, most, escape] == [0.0; 3]
+    }
+
     /// Returns a lower bound of c + Σ p · x of an action.
     #[inline]
     pub(crate) fn below(&self, action: usize, x: &[f64]) -> f64 {

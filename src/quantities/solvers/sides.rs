@@ -17,7 +17,7 @@ pub(crate) struct Sides<'a> {
     pub(crate) maximisers: &'a BitVec,
     /// The choices that may be taken; at least one in each state.
     pub(crate) allowed: &'a BitVec,
-    reversed: Reversed,
+    pub(crate) reversed: Reversed,
 }
 
 impl<'a> Sides<'a> {
