@@ -87,31 +87,39 @@ fn reached<N: Number>(
     let states = game.states();
     let extended = with_exits(game, members);
     let nodes = extended.states();
-    let mut ends =
-        Solution::new(nodes, |node| node as usize >= states, Rest::ones(nodes, &|_| false), meter)?;
-    (states as u32..).zip(averages).for_each(|(exit, average)| ends.set(exit, average.clone()));
-    let permitted = BitVec::repeat(true, extended.choices_in_all());
+    let [all, permitted] = [nodes, extended.choices_in_all()].map(|count| BitVec::repeat(true, count));
     let is_max = optimum == Optimum::Max;
-    let open = match is_max {
-        // All other states have the average 0.
-        true => {
-            let all = BitVec::repeat(true, nodes);
-            let gains = |node: usize| node >= states && !averages[node - states].is_zero();
-            let target: BitVec = (0..nodes).map(gains).collect();
-            Sides::new(&extended.choices, &all, &permitted, meter)?.positive(&target, &all) & !target
-        }
-        false => (0..nodes).map(|node| node < states).collect(),
+    let better = |a: &N, b: &N| if is_max { a.high().exceeds(&b.high()) } else { b.low().exceeds(&a.low()) };
+    let Some(best) = averages.iter().reduce(|best, x| if better(x, best) { x } else { best }) else {
+        return Ok(Vector { values: Vec::new(), end: Ok(()) });
     };
+    let exits = |is_wanted: &dyn Fn(&N) -> bool| -> BitVec {
+        (0..nodes).map(|node| node >= states && is_wanted(&averages[node - states])).collect()
+    };
+    // The best average is that of all states from which some strategy attains it almost surely.
+    let sides = Sides::new(&extended.choices, &all, &permitted, meter)?;
+    let sure = sides.almost_sure(&exits(&|average| average == best), &all, meter)?;
+    let is_known = |node: u32| sure[node as usize] || node as usize >= states;
+    let mut known = Solution::new(nodes, is_known, Rest::ones(nodes, &|_| false), meter)?;
+    (states as u32..).zip(averages).for_each(|(exit, average)| known.set(exit, average.clone()));
+    sure.iter_ones().for_each(|node| known.set(node as u32, best.clone()));
+    // Without a gain, the average is 0.
+    let open = if is_max { sides.positive(&exits(&|average| !average.is_zero()), &all) } else { all.clone() };
+    let open: BitVec = (0..nodes).map(|node| open[node] && !is_known(node as u32)).collect();
     let sets = Sets { open, ones: BitVec::repeat(false, nodes), permitted };
     let fractions: Vec<N> = extended.fractions().iter().map(N::of).collect();
     // A path has to end: minimisers would prefer to gain nothing.
     let quantity = if is_max { Quantity::Reward } else { Quantity::Cost(1) };
     let system = System::of_sets((&extended, &sets), (quantity, Goal::all(optimum)), None, &fractions);
-    let system = System { closed: Some(&ends), ..system };
+    let system = System { closed: Some(&known), ..system };
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     let end = if N::EXACT { Ok(end?) } else { end };
-    let values = (0..states as u32).map(|state| value_at(&solution, state, f64::INFINITY)).collect();
+    let value = |state: u32| match sets.open[state as usize] {
+        true => value_at(&solution, state, f64::INFINITY),
+        false => known.get(state).cloned(),
+    };
+    let values = (0..states as u32).map(value).collect();
     Ok(Vector { values, end })
 }
 
