@@ -30,18 +30,19 @@
 //!
 //! 1. *Graph.* States are explored by their codes into one kind of graph: choices in compressed rows, with exact
 //!    probabilities and costs.
-//! 2. *Equations.* A quantity gives a system: greatest or least values, costs or none, and values of the level below where
-//!    a step counts. Several objectives are a weighted sum.
+//! 2. *Equations.* A quantity gives a system: the extreme that each state looks for, costs or none, and values of the level
+//!    below where a step counts. States in which the value is 0, 1 or infinite have no equation. Several objectives are a
+//!    weighted sum.
 //! 3. *Components.* Strongly connected components are solved after those that they reach; one state is solved directly. In
-//!    a larger one, end components without gain or cost become one group; the rows of the groups remain.
+//!    a larger one, end components of one side without gain or cost become one group; the rows of the groups remain.
 //! 4. *Bounds.* Optimistic value iteration and policy iteration with doubles take turns at the rows, with budgets that
 //!    double. Both claim only bounds that one step, rounded outwards, confirms. Up to 1000 groups policy iteration comes first,
 //!    since its bounds are narrower.
 //! 5. *Fractions.* Where doubles have too few digits, the same policy iteration continues with fractions. `--exact` uses them
 //!    everywhere.
-//! 6. *Games.* The side that wants to reach the target leads. A strategy of it leaves equations of one player; it is
-//!    changed where another choice is clearly better. Its values and those of the best answer bound the value of the game.
-//!    With fractions, the strategy is improved until its values are those of the game.
+//! 6. *Games.* A game is a system in which some states look for the greatest value and others for the least one. Both
+//!    methods solve its components; policy iteration changes the policy of the side that has to leave a component where
+//!    another choice is better than the best answer to it.
 //! 7. *Steps.* Bounds on the number of steps are steps backward over vectors.
 //!
 //! `benches/tuning.md` has figures for the methods.

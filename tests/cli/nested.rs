@@ -83,6 +83,26 @@ fn rewards_of_steps_and_of_the_long_run_are_numbers() {
 }
 
 #[test]
+fn averages_of_an_mdp_are_those_of_the_best_end_component_that_is_reached() {
+    let model = "mdp\nmodule m\n x : [0..3] init 0;\n [] x=0 -> (x'=1);\n [] x=1 -> (x'=0);\n\
+         [] x=0 -> 1/2:(x'=2) + 1/2:(x'=3);\n [] x>1 -> true;\nendmodule\n\
+         rewards \"r\" x=1 : 4; x=2 : 3; endrewards\n";
+    expect(
+        model,
+        &[
+            ("R{\"r\"}max=? [ S ]", json!(2)),
+            ("R{\"r\"}min=? [ S ]", json!(1.5)),
+            ("R{\"r\"}>=1.5 [ S ]", json!(true)),
+            ("R{\"r\"}>1.5 [ S ]", json!(false)),
+            ("Smax=? [ x=1 ]", json!(0.5)),
+            ("Smax=? [ x=2 ]", json!(0.5)),
+            ("Smin=? [ x<2 ]", json!(0)),
+            ("filter(max, Smax=? [ x=2 ])", json!(1)),
+        ],
+    );
+}
+
+#[test]
 fn several_objectives_recur_and_have_bounds_on_steps() {
     let model = "mdp\nmodule m\n x : [0..3] init 0;\n [] x=0 -> (x'=1);\n [] x=0 -> (x'=2);\n\
          [] x=1 -> (x'=3);\n [] x=1 -> true;\n [] x=2 -> true;\n [] x=3 -> (x'=1);\nendmodule\n\

@@ -1,11 +1,12 @@
 //! The values of a certificate: bounds that one step confirms.
 
 use crate::answers::values::{Numbers, Values};
+use crate::equations::game_graph::opposite;
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
 use crate::equations::solution::Solution;
-use crate::equations::system::{Fixed, Quantity, Sense, System};
+use crate::equations::system::{Fixed, Quantity};
 use crate::solvers::inductive::{Inductive, Side, Wanted};
 use crate::solvers::solved::Solved;
 use bitvec::vec::BitVec;
@@ -126,11 +127,8 @@ fn fixed(
             graph.choices(node).for_each(|choice| choices.set(choice as usize, choice == pick));
         }
     }
-    let sense = match (System::<Interval>::new(graph, quantity, None, &[]).sense(), is_ours) {
-        (Sense::Max, true) | (Sense::Min, false) => Sense::Min,
-        (Sense::Min, true) | (Sense::Max, false) => Sense::Max,
-    };
-    Ok(Some(Fixed { choices, sense }))
+    let leader = quantity.leader();
+    Ok(Some(Fixed { choices, optimum: if is_ours { opposite(leader) } else { leader } }))
 }
 
 /// Returns the greatest width of bounds: absolute for probabilities, relative above 1 for costs.

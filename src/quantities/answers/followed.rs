@@ -12,15 +12,13 @@ use num_traits::ToPrimitive;
 use crate::equations::arena::Arena;
 use crate::equations::game_graph::{GameGraph, Goal, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Weight};
+use crate::equations::number::{Bounds, Interval, Number, Weight};
 use crate::path_values::Value;
 use crate::several::{Counted, Node, Taking};
-use crate::solvers::at_nodes::Vector;
 use crate::solvers::back::Back;
-use crate::solvers::groups::Entry;
 use crate::solvers::long_run::is_bottom;
 use crate::solvers::pairs::decided;
-use crate::solvers::reaching::{Collected, Reaching};
+use crate::solvers::reaching::{Collected, Reaching, Vector};
 use crate::solvers::sides::Sides;
 
 /// The nodes of a strategy; each takes one step, with the chance of the strategy and of the model.
@@ -142,7 +140,7 @@ impl<'a> Followed<'a> {
         };
         let answer = match exact {
             true => self.found::<Ratio>(counted)?.answer(most),
-            false => self.found::<f64>(counted)?.answer(most),
+            false => self.found::<Interval>(counted)?.answer(most),
         };
         answer.end?;
         let mut value = answer.values.into_iter().next().unwrap_or(Value::Finite(Bounds::point(0)));
@@ -152,11 +150,11 @@ impl<'a> Followed<'a> {
         Ok(value)
     }
 
-    fn found<E: Entry>(&self, counted: Counted<'_>) -> Result<Vector<E::Read>> {
+    fn found<N: Number>(&self, counted: Counted<'_>) -> Result<Vector<N>> {
         let (mut meter, all) = (self.arena.meter(), self.all(true));
         let reach = |target: &BitVec, left: &BitVec, collected: Collected<'_>, meter: &mut Meter<'_>| {
             let goal = Goal::all(Optimum::Max);
-            Reaching { game: &self.chain, target, left, collected, goal }.values::<E>(meter)
+            Reaching { game: &self.chain, target, left, collected, goal }.values::<N>(meter)
         };
         match counted {
             Counted::Visit(right) => reach(&self.members(right), &all, Collected::Target, &mut meter),
@@ -179,8 +177,8 @@ impl<'a> Followed<'a> {
             Counted::Within(rewards, steps) => {
                 let rewards = self.rewards(rewards);
                 let goal = Goal::all(Optimum::Max);
-                let back = Back::<E::Read>::new(&self.chain, goal, Some(&rewards), &mut meter)?;
-                let nothing = vec![E::Read::zero(); self.nodes.len()];
+                let back = Back::<N>::new(&self.chain, goal, Some(&rewards), &mut meter)?;
+                let nothing = vec![N::zero(); self.nodes.len()];
                 let values = back.steps(nothing, u64::from(steps), &mut meter, |_, best| best())?;
                 Ok(Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) })
             }
@@ -295,7 +293,7 @@ fn successors(
     let choice = choice(arena, node, taking).ok_or(NodeFault::Disabled(taking.position))?;
     let wrong = NodeFault::Successors(taking.position);
     let mut expected: BTreeMap<usize, Ratio> = BTreeMap::new();
-    for (to, weight) in arena.edges(choice) {
+    for (to, weight) in arena.outcomes(choice) {
         *expected.entry(to as usize).or_insert_with(Ratio::zero) += &arena.fractions.list()[weight as usize];
     }
     let mut found = Vec::new();

@@ -9,15 +9,15 @@
 
 use crate::answers::ties::{self, Solutions, Ties};
 use crate::equations::cost::Earned;
-use crate::equations::graph::{Graph, LOST, NONE};
+use crate::equations::game_graph::LOST;
+use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
 use crate::equations::reached::{Coded, END, Reached};
 use crate::equations::search::Search;
 use crate::equations::solution::Solution;
 use crate::equations::system::Quantity;
-use crate::solvers::at_nodes::values_at;
-use crate::solvers::levelled::by_level;
+use crate::solvers::reaching::{Vector, value_at};
 use crate::solvers::solve::solved;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
@@ -159,12 +159,18 @@ impl<'e> Paths<'e> {
     }
 
     fn computed<N: Number>(&mut self) -> Result<Answer> {
-        let mut found = values_at::<N>(&self.graph, &self.starts, self.quantity, &mut self.meter)?;
-        if self.is_negated {
-            found = found.complemented();
-        }
-        let is_cost = !matches!(self.quantity, Quantity::Probability(_));
-        Ok(found.answer(if is_cost { f64::INFINITY } else { 1.0 }))
+        let (graph, is_probability) = (&self.graph, self.quantity.is_probability());
+        let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
+        let (solution, end) = solved(graph, self.quantity, (None, &fractions), &mut self.meter)?;
+        let (end, most) =
+            (if N::EXACT { Ok(end?) } else { end }, if is_probability { 1.0 } else { f64::INFINITY });
+        let value = |&node: &u32| match node {
+            END => Some(if is_probability { N::one() } else { N::zero() }),
+            LOST => is_probability.then(N::zero),
+            node => value_at(&solution, node, most),
+        };
+        let found = Vector { values: self.starts.iter().map(value).collect(), end };
+        Ok(if self.is_negated { found.complemented() } else { found }.answer(most))
     }
 }
 
@@ -198,14 +204,12 @@ impl Likely {
         let codec = walker.codec().clone();
         let Reached { mut graph, found: states_found, .. } = search.explored(states, &walker, &mut meter)?;
         let costs = ties::costs(&mut graph);
-        if graph.theirs.is_some() {
-            let (mut found, end) = by_level::<f64>(&graph, &Quantity::Probability, 1, &mut meter)?;
-            end?;
-            return Ok(Likely { solution: found.remove(0), graph, codec, found: states_found, ties: None });
-        }
-        let (solution, end) = solved(&graph, Quantity::Probability(1), None, &mut meter)?;
-        end?;
         let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
+        let (solution, end) = solved(&graph, Quantity::Probability(1), (None, &fractions), &mut meter)?;
+        end?;
+        if graph.theirs.is_some() {
+            return Ok(Likely { graph, codec, found: states_found, solution, ties: None });
+        }
         let probability = std::slice::from_ref(&solution);
         let solutions = Solutions { graph: &graph, fractions: &fractions, costs, probability, cost: &[] };
         let ties = solutions.decide(&mut meter)?;

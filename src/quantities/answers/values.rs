@@ -4,7 +4,8 @@ use crate::answers::ties::{self, Solutions, Ties};
 use crate::equations::cost::Cost;
 use crate::equations::explore::Explorer;
 use crate::equations::facts::Facts;
-use crate::equations::graph::{Graph, LOST, NONE};
+use crate::equations::game_graph::{Edge, LOST};
+use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval};
 use crate::equations::places::{Place, Places};
@@ -181,8 +182,14 @@ impl Values {
         let mut meter = Meter::new(analysis.engine());
         let (graph, places) = (&mut self.graph, &mut self.places);
         let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
-        self.starts = start(&mut explorer)?;
-        explorer.run()
+        let starts = start(&mut explorer);
+        let end = starts.and_then(|starts| {
+            self.starts = starts;
+            explorer.run()
+        });
+        drop(explorer);
+        self.graph.finish();
+        end
     }
 
     /// Computes all quantities. The results before an error are kept.
@@ -190,12 +197,7 @@ impl Values {
         let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
         let (graph, levels) = (&self.graph, self.options.levels);
-        match (&mut self.numbers, graph.theirs.is_some()) {
-            (Numbers::Rounded(solved), false) => solved.run(graph, levels, &mut meter),
-            (Numbers::Exact(solved), false) => solved.run(graph, levels, &mut meter),
-            (Numbers::Rounded(solved), true) => solved.run_game::<f64>(graph, levels, &mut meter),
-            (Numbers::Exact(solved), true) => solved.run_game::<Ratio>(graph, levels, &mut meter),
-        }?;
+        on!(&mut self.numbers, solved => solved.run(graph, levels, &mut meter))?;
         if let Some(steps) = self.options.within {
             let horizon = self.horizon.insert(Horizon::default());
             horizon.run(graph, levels, steps, &self.starts, &mut meter)?;
@@ -389,8 +391,7 @@ impl Values {
     /// Returns the node and the number of improvements still wanted after a step to a state; `None` if
     /// the step is lost, or not by a kept choice.
     pub fn successor(&self, node: Node, k: usize, aim: Aim, to: &[i64]) -> Option<(Node, usize)> {
-        let is_there =
-            |edge: &crate::equations::graph::Edge| edge.to != LOST && self.places.is_at(edge.to, to);
+        let is_there = |edge: &Edge| edge.to != LOST && self.places.is_at(edge.to, to);
         // The choice does not matter: the states decide whether a step improves.
         let mut edges = self.graph.choices(node.0).flat_map(|choice| self.graph.edges(choice));
         let edge = edges.find(is_there)?;

@@ -7,13 +7,11 @@ use bitvec::vec::BitVec;
 
 use crate::equations::arena::{Arena, Goal, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Interval, Number, Weight};
+use crate::equations::number::{Bounds, Interval, Number};
 use crate::path_values::{Answer, Value};
-use crate::solvers::at_nodes::Vector;
 use crate::solvers::back::Back;
-use crate::solvers::groups::Entry;
 use crate::solvers::long_run;
-use crate::solvers::reaching::{Collected, Reaching};
+use crate::solvers::reaching::{Collected, Reaching, Vector};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
@@ -53,7 +51,12 @@ pub enum Accumulation {
 /// # Errors
 /// A limit is reached before anything is known.
 pub fn probability(arena: &Arena<'_>, until: &Until, goal: Goal, precision: f64) -> Result<Answer> {
-    answer(precision, 1.0, || until_of::<f64>(arena, until, goal), || until_of::<Ratio>(arena, until, goal))
+    answer(
+        precision,
+        1.0,
+        || until_of::<Interval>(arena, until, goal),
+        || until_of::<Ratio>(arena, until, goal),
+    )
 }
 
 /// Computes the probability that the next state is in a set. Cost: one pass over the arena.
@@ -81,18 +84,17 @@ pub fn reward(
     goal: Goal,
     precision: f64,
 ) -> Result<Answer> {
-    let near = || reward_of::<f64>(arena, rewards, accumulation, goal);
+    let near = || reward_of::<Interval>(arena, rewards, accumulation, goal);
     answer(precision, f64::INFINITY, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal))
 }
 
-/// Computes the long-run fraction of time in a set, for models in which each state has one choice.
+/// Computes the long-run fraction of time in a set, for models of one player.
 ///
 /// # Errors
-/// Some state has several choices; a limit is reached before anything is known.
-pub fn long_run(arena: &Arena<'_>, set: &BitVec, precision: f64) -> Result<Answer> {
+/// Players look for different extremes; a limit is reached before anything is known.
+pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Goal, precision: f64) -> Result<Answer> {
     let rewards = Rewards::of_set(arena, set);
-    let mut found =
-        reward(arena, &rewards, &Accumulation::LongRun, Goal::all(meliora_model::Optimum::Max), precision)?;
+    let mut found = reward(arena, &rewards, &Accumulation::LongRun, goal, precision)?;
     for value in &mut found.values {
         if let Value::Finite(bounds) = value {
             bounds.interval.upper = bounds.interval.upper.min(1.0);
@@ -147,43 +149,43 @@ fn indicator<N: Number>(set: &BitVec) -> Vec<N> {
     set.iter().map(|inside| if *inside { N::one() } else { N::zero() }).collect()
 }
 
-fn until_of<E: Entry>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Vector<E::Read>> {
+fn until_of<N: Number>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Vector<N>> {
     let mut meter = arena.meter();
     let Until { left, right, least, most } = until;
-    meter.take(2 * E::Read::BYTES * arena.states())?;
+    meter.take(2 * N::BYTES * arena.states())?;
     let back = Back::new(arena, goal, None, &mut meter)?;
     let (x, end) = match most {
-        Some(most) if most < least => (vec![E::Read::zero(); arena.states()], Ok(())),
+        Some(most) if most < least => (vec![N::zero(); arena.states()], Ok(())),
         Some(most) => {
-            let step = |state: usize, best: &dyn Fn() -> E::Read| match (right[state], left[state]) {
-                (true, _) => E::Read::one(),
+            let step = |state: usize, best: &dyn Fn() -> N| match (right[state], left[state]) {
+                (true, _) => N::one(),
                 (false, true) => best(),
-                (false, false) => E::Read::zero(),
+                (false, false) => N::zero(),
             };
             (back.steps(indicator(right), most - least, &mut meter, step)?, Ok(()))
         }
         None => {
             let reaching = Reaching { game: arena, target: right, left, collected: Collected::Target, goal };
-            let found = reaching.values::<E>(&mut meter)?;
-            (found.values.into_iter().map(|x| x.unwrap_or_else(E::Read::zero)).collect(), found.end)
+            let found = reaching.values::<N>(&mut meter)?;
+            (found.values.into_iter().map(|x| x.unwrap_or_else(N::zero)).collect(), found.end)
         }
     };
-    let step = |state: usize, best: &dyn Fn() -> E::Read| if left[state] { best() } else { E::Read::zero() };
+    let step = |state: usize, best: &dyn Fn() -> N| if left[state] { best() } else { N::zero() };
     let values = back.steps(x, *least, &mut meter, step)?;
     Ok(Vector { end, ..Vector::of(values) })
 }
 
-fn reward_of<E: Entry>(
+fn reward_of<N: Number>(
     arena: &Arena<'_>,
     rewards: &Rewards,
     accumulation: &Accumulation,
     goal: Goal,
-) -> Result<Vector<E::Read>> {
+) -> Result<Vector<N>> {
     let mut meter = arena.meter();
-    meter.take(2 * E::Read::BYTES * arena.states())?;
+    meter.take(2 * N::BYTES * arena.states())?;
     let collected = |collected: Collected<'_>, target: &BitVec, meter: &mut Meter<'_>| {
         let left = BitVec::repeat(true, arena.states());
-        Reaching { game: arena, target, left: &left, collected, goal }.values::<E>(meter)
+        Reaching { game: arena, target, left: &left, collected, goal }.values::<N>(meter)
     };
     match accumulation {
         Accumulation::Until(target) => collected(Collected::Until(rewards), target, &mut meter),
@@ -194,14 +196,14 @@ fn reward_of<E: Entry>(
         }
         Accumulation::Within(steps) => {
             let back = Back::new(arena, goal, Some(rewards), &mut meter)?;
-            let x = vec![E::Read::zero(); arena.states()];
+            let x = vec![N::zero(); arena.states()];
             back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
         }
         Accumulation::At(steps) => {
             let back = Back::new(arena, goal, None, &mut meter)?;
-            let x = (0..arena.states()).map(|state| E::Read::of(rewards.state(state))).collect();
+            let x = (0..arena.states()).map(|state| N::of(rewards.state(state))).collect();
             back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
         }
-        Accumulation::LongRun => long_run::values(arena, rewards, &mut meter),
+        Accumulation::LongRun => long_run::values(arena, rewards, goal, &mut meter),
     }
 }

@@ -66,12 +66,12 @@ impl<'e> Arena<'e> {
         drop(states);
         meter.release(listed);
         // The first node is the end of paths, which none of them enters.
-        let Graph { mut choices, weights, positions, known: fractions, .. } = graph;
-        choices.first.remove(0);
-        choices.to.iter_mut().for_each(|to| *to -= 1);
+        let Graph { game: mut graph, positions, .. } = graph;
+        graph.choices.first.remove(0);
+        graph.choices.to.iter_mut().for_each(|to| *to -= 1);
         let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
         let memory = meter.left();
-        let graph = GameGraph { choices, weights, fractions, theirs: None };
+        graph.theirs = None;
         let mut arena = Arena { program, graph, positions, codes: found.codes, codec, sink, memory };
         arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
         Ok(arena)

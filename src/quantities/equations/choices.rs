@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 /// Choices of numbered nodes, in compressed rows.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Choices {
     /// The choices of node n are `first[n]..first[n+1]`.
     pub(crate) first: Vec<u32>,

@@ -9,7 +9,8 @@ use num_traits::{One, Zero};
 
 use crate::equations::cost::Cost;
 use crate::equations::facts::{Facts, Numbers, Seen};
-use crate::equations::graph::{Edge, Graph, LOST, Rank};
+use crate::equations::game_graph::{Edge, LOST};
+use crate::equations::graph::{Graph, Rank};
 use crate::equations::meter::Meter;
 use crate::equations::places::{Noted, Place, Places};
 use meliora_base::error::Result;
@@ -202,7 +203,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         }
         // One test of the state in place of one per choice.
         let unrestricted = free || !facts.engine.contains(restricted, &state)?;
-        walk.steps(code, &mut self.graph.known, steps)?;
+        walk.steps(code, &mut self.graph.game.fractions, steps)?;
         for position in 0..steps.choices() {
             let taken = || walk.taken(position);
             if !unrestricted && !facts.engine.contains_choice(&arena.choices, &state, &taken().choice)? {

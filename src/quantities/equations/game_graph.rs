@@ -1,5 +1,7 @@
 //! A game as the solvers see it: numbered states with owners, their choices, and exact probabilities.
 
+use std::ops::Range;
+
 use bitvec::vec::BitVec;
 use meliora_base::exact::Ratio;
 use meliora_engine::explicit::weighted::Fractions;
@@ -8,6 +10,43 @@ use num_traits::{One, Zero};
 
 use super::choices::Choices;
 use super::narrow::Narrow;
+
+/// The target of an edge that is lost: it weakens, so the path has failed.
+pub(crate) const LOST: u32 = u32::MAX;
+
+/// An edge of a choice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Edge {
+    /// The node that is entered, or [`LOST`].
+    pub(crate) to: u32,
+    /// Twice the number of the probability, plus 1 if the step counts.
+    weight: u32,
+}
+
+impl Edge {
+    /// Creates an edge to a node, or [`LOST`], with the number of its probability in
+    /// [`GameGraph::fractions`]; `counts` says whether the step is an improvement.
+    pub(crate) fn new(to: u32, probability: u32, counts: bool) -> Self {
+        // 2^30 fractions need more than 32 GiB; the meter ends the work long before.
+        assert!(probability < 1 << 30);
+        Edge { to, weight: 2 * probability + u32::from(counts) }
+    }
+
+    /// Returns the stored number of the probability and of whether the step counts.
+    pub(crate) fn weight(self) -> u32 {
+        self.weight
+    }
+
+    /// Returns the number of the probability in [`GameGraph::fractions`].
+    pub(crate) fn probability(self) -> u32 {
+        self.weight / 2
+    }
+
+    /// Returns whether the step is an improvement: the next level counts from there.
+    pub(crate) fn counts(self) -> bool {
+        self.weight % 2 == 1
+    }
+}
 
 /// The extremes that the players of a game look for; without a game, ours counts alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,7 +84,7 @@ pub(crate) fn opposite(optimum: Optimum) -> Optimum {
 pub struct GameGraph {
     /// The choices of the states, and their successors.
     pub(crate) choices: Choices,
-    /// Twice the number of the probability of each successor.
+    /// The weight of each edge; see [`Edge`].
     pub(crate) weights: Narrow,
     pub(crate) fractions: Fractions,
     /// The states in which the opponent chooses; `None` if every state is ours.
@@ -67,15 +106,54 @@ impl GameGraph {
         }
     }
 
-    /// Returns true if all states look for the same extreme under a goal.
-    pub(crate) fn is_uniform(&self, goal: Goal) -> bool {
-        goal.ours == goal.theirs || self.theirs.as_ref().is_none_or(|theirs| theirs.not_any())
+    /// Returns whether the opponent chooses in a node.
+    pub(crate) fn is_theirs(&self, node: u32) -> bool {
+        self.theirs.as_ref().and_then(|theirs| theirs.get(node as usize)).is_some_and(|theirs| *theirs)
+    }
+
+    /// Returns the choices of a node.
+    pub(crate) fn choices(&self, node: u32) -> Range<u32> {
+        self.choices.first[node as usize]..self.choices.first[node as usize + 1]
+    }
+
+    /// Returns the edges of a choice.
+    pub(crate) fn edges(&self, choice: u32) -> impl Iterator<Item = Edge> + Clone {
+        self.positions(choice..choice + 1).map(|at| self.edge(at))
     }
 
     /// Returns the successors of a choice with the numbers of their probabilities.
-    pub(crate) fn edges(&self, choice: usize) -> impl Iterator<Item = (u32, u32)> + Clone {
-        let edges = self.choices.start[choice] as usize..self.choices.start[choice + 1] as usize;
-        edges.map(|at| (self.choices.to[at], self.weights.get(at) / 2))
+    pub(crate) fn outcomes(&self, choice: usize) -> impl Iterator<Item = (u32, u32)> + Clone {
+        self.edges(choice as u32).map(|edge| (edge.to, edge.probability()))
+    }
+
+    /// Returns the edge at a position.
+    pub(crate) fn edge(&self, at: u32) -> Edge {
+        Edge { to: self.choices.to[at as usize], weight: self.weights.get(at as usize) }
+    }
+
+    /// Returns the positions of the edges of some choices that follow each other.
+    pub(crate) fn positions(&self, choices: Range<u32>) -> Range<u32> {
+        self.choices.start[choices.start as usize]..self.choices.start[choices.end as usize]
+    }
+
+    /// Returns the positions of the edges of a node.
+    pub(crate) fn edges_of(&self, node: u32) -> Range<u32> {
+        self.positions(self.choices(node))
+    }
+
+    /// Returns all probabilities, and all costs of a graph, by number.
+    pub(crate) fn fractions(&self) -> &[Ratio] {
+        self.fractions.list()
+    }
+
+    /// Returns the number of choices of all nodes.
+    pub(crate) fn choices_in_all(&self) -> usize {
+        self.choices.start.len() - 1
+    }
+
+    /// Returns the number of edges of all choices.
+    pub(crate) fn edges_in_all(&self) -> usize {
+        self.choices.to.len()
     }
 }
 

@@ -1,52 +1,19 @@
 //! The graph of the solver: numbered nodes, their kept choices, and edges with exact probabilities.
 
-use std::ops::Range;
+use std::ops::{Deref, DerefMut};
 
 use ahash::AHashMap;
-use bitvec::vec::BitVec;
 
-use crate::equations::choices::Choices;
+use crate::equations::game_graph::{Edge, GameGraph};
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_engine::explicit::weighted::Fractions;
 
 /// The number that stands for a missing node, choice or position.
 pub(crate) const NONE: u32 = u32::MAX;
-/// The target of an edge that is lost: it weakens, so the path has failed.
-pub(crate) const LOST: u32 = u32::MAX;
 /// The rank of a node that is in every level.
 pub(crate) const EVERY: u32 = u32::MAX;
-
-/// An edge of a choice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Edge {
-    /// The node that is entered, or [`LOST`].
-    pub(crate) to: u32,
-    /// Twice the number of the probability, plus 1 if the step counts.
-    weight: u32,
-}
-
-impl Edge {
-    /// Creates an edge to a node, or [`LOST`], with the number of its probability in
-    /// [`Graph::fractions`]; `counts` says whether the step is an improvement.
-    pub(crate) fn new(to: u32, probability: u32, counts: bool) -> Self {
-        // 2^30 fractions need more than 32 GiB; the meter ends the work long before.
-        assert!(probability < 1 << 30);
-        Edge { to, weight: 2 * probability + u32::from(counts) }
-    }
-
-    /// Returns the number of the probability in [`Graph::fractions`].
-    pub(crate) fn probability(self) -> u32 {
-        self.weight / 2
-    }
-
-    /// Returns whether the step is an improvement: the next level counts from there.
-    pub(crate) fn counts(self) -> bool {
-        self.weight % 2 == 1
-    }
-}
 
 /// The rank of a node, before any number is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -74,19 +41,28 @@ pub(crate) struct Graph {
     kind_of: Narrow,
     kinds: Vec<Kind>,
     kind_numbers: AHashMap<Kind, u32>,
-    /// The choices of each node whose choices have begun, and the nodes that their edges enter.
-    pub(crate) choices: Choices,
-    /// The weight of each edge.
-    pub(crate) weights: Narrow,
-    /// The cost of each choice, by its number in [`Graph::fractions`].
-    costs: Narrow,
+    /// The number of the kind of the last node.
+    last: u32,
+    /// The nodes with their choices and owners, as far as these have begun; the fractions are those of costs, too.
+    pub(crate) game: GameGraph,
+    /// The cost of each choice, by its number in [`GameGraph::fractions`].
+    pub(crate) costs: Narrow,
     /// The position of each choice among those of its state.
     pub(crate) positions: Narrow,
-    /// All probabilities and costs.
-    pub(crate) known: Fractions,
-    /// The nodes of a game in which the opponent chooses, up to the last one whose choices have begun; `None` without an
-    /// opponent.
-    pub(crate) theirs: Option<BitVec>,
+}
+
+impl Deref for Graph {
+    type Target = GameGraph;
+
+    fn deref(&self) -> &GameGraph {
+        &self.game
+    }
+}
+
+impl DerefMut for Graph {
+    fn deref_mut(&mut self) -> &mut GameGraph {
+        &mut self.game
+    }
 }
 
 impl Graph {
@@ -106,11 +82,15 @@ impl Graph {
 
     /// Returns the number of a kind, a new one if the kind is new.
     fn kind(&mut self, kind: Kind) -> u32 {
-        let Graph { kinds, kind_numbers, .. } = self;
-        *kind_numbers.entry(kind).or_insert_with(|| {
-            kinds.push(kind);
-            kinds.len() as u32 - 1
-        })
+        let Graph { kinds, kind_numbers, last, .. } = self;
+        // Nodes that are found one after the other are mostly of one kind.
+        if kinds.get(*last as usize) != Some(&kind) {
+            *last = *kind_numbers.entry(kind).or_insert_with(|| {
+                kinds.push(kind);
+                kinds.len() as u32 - 1
+            });
+        }
+        *last
     }
 
     /// Returns the bytes of a node.
@@ -128,12 +108,6 @@ impl Graph {
         self.kinds[self.kind_of.get(node as usize) as usize].junction
     }
 
-    /// Returns whether the opponent of a game chooses in a node.
-    pub(crate) fn is_theirs(&self, node: u32) -> bool {
-        let theirs = self.theirs.as_ref().and_then(|theirs| theirs.get(node as usize));
-        theirs.is_some_and(|theirs| *theirs)
-    }
-
     /// Notes the side that chooses in a node of a game.
     pub(crate) fn set_owner(&mut self, node: u32, is_theirs: bool) {
         if let Some(theirs) = &mut self.theirs {
@@ -149,7 +123,8 @@ impl Graph {
     /// There are too many edges.
     pub(crate) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
         meter.number(self.choices.to.len())?;
-        self.choices.first.resize(node as usize + 1, self.costs.len() as u32);
+        let choices = self.costs.len() as u32;
+        self.choices.first.resize(node as usize + 1, choices);
         Ok(())
     }
 
@@ -157,13 +132,14 @@ impl Graph {
     pub(crate) fn add_choice(&mut self, position: u32, cost: u32) {
         self.positions.push(position);
         self.costs.push(cost);
-        self.choices.start.push(self.choices.to.len() as u32);
+        let edges = self.choices.to.len() as u32;
+        self.choices.start.push(edges);
     }
 
     /// Adds an edge to the last choice.
     pub(crate) fn add_edge(&mut self, edge: Edge) {
         self.choices.to.push(edge.to);
-        self.weights.push(edge.weight);
+        self.weights.push(edge.weight());
         self.choices.start.last_mut().into_iter().for_each(|end| *end += 1);
     }
 
@@ -173,9 +149,19 @@ impl Graph {
     /// A limit is reached.
     pub(crate) fn end(&mut self, node: u32, meter: &mut Meter) -> Result<()> {
         meter.number(self.choices.to.len())?;
-        self.choices.first.push(self.costs.len() as u32);
+        let choices = self.costs.len() as u32;
+        self.choices.first.push(choices);
         let edges = self.edges_of(node).len() * (4 + self.weights.width());
         meter.take(edges + self.choices.of(node).len() * self.bytes_of_choice())
+    }
+
+    /// Ends the graph: the nodes whose choices have not begun have none.
+    pub(crate) fn finish(&mut self) {
+        let (nodes, choices) = (self.nodes(), self.costs.len() as u32);
+        self.choices.first.resize(nodes + 1, choices);
+        if let Some(theirs) = &mut self.theirs {
+            theirs.resize(nodes, false);
+        }
     }
 
     /// Returns the bytes of a choice without its edges.
@@ -183,24 +169,12 @@ impl Graph {
         4 + self.costs.width() + self.positions.width()
     }
 
-    /// Returns all probabilities and costs by number.
-    pub(crate) fn fractions(&self) -> &[Ratio] {
-        self.known.list()
-    }
-
     /// Returns the number of a fraction.
     pub(crate) fn fraction(&mut self, fraction: Ratio) -> u32 {
-        self.known.number(fraction)
+        self.game.fractions.number(fraction)
     }
 
-    /// Returns the choices of a node.
-    pub(crate) fn choices(&self, node: u32) -> Range<u32> {
-        let first =
-            |node: usize| self.choices.first.get(node).map_or(self.costs.len() as u32, |&first| first);
-        first(node as usize)..first(node as usize + 1)
-    }
-
-    /// Returns the number of the cost of a choice in [`Graph::fractions`].
+    /// Returns the number of the cost of a choice in [`GameGraph::fractions`].
     pub(crate) fn cost(&self, choice: u32) -> u32 {
         self.costs.get(choice as usize)
     }
@@ -208,29 +182,6 @@ impl Graph {
     /// Returns the position of a choice among the choices of its state.
     pub(crate) fn position(&self, choice: u32) -> usize {
         self.positions.get(choice as usize) as usize
-    }
-
-    /// Returns the edges of a choice.
-    pub(crate) fn edges(&self, choice: u32) -> impl Iterator<Item = Edge> + Clone {
-        let edges =
-            self.choices.start[choice as usize] as usize..self.choices.start[choice as usize + 1] as usize;
-        edges.map(|at| Edge { to: self.choices.to[at], weight: self.weights.get(at) })
-    }
-
-    /// Returns the positions of the edges of a node.
-    pub(crate) fn edges_of(&self, node: u32) -> Range<u32> {
-        let choices = self.choices(node);
-        self.choices.start[choices.start as usize]..self.choices.start[choices.end as usize]
-    }
-
-    /// Returns the number of choices of all nodes.
-    pub(crate) fn choices_in_all(&self) -> usize {
-        self.costs.len()
-    }
-
-    /// Returns the number of edges of all choices.
-    pub(crate) fn edges_in_all(&self) -> usize {
-        self.choices.to.len()
     }
 
     /// Returns the bytes of the graph.

@@ -8,8 +8,7 @@
 //! | [`game_graph`] | a game as the solvers see it: states with owners, choices, probabilities |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
-//! | `system`, `solution` | the equations of each quantity and level, and their solutions |
-//! | `part` | the graph of the states of an arena that have equations |
+//! | `system`, `solution` | the one form of equations, for each quantity and level, and their solutions |
 //! | `number` | intervals with outward rounding, and fractions |
 //! | `reached` | the graph of the states that some states reach, by their codes |
 
@@ -24,7 +23,6 @@ pub(crate) mod graph;
 pub(crate) mod meter;
 pub(crate) mod narrow;
 pub(crate) mod number;
-pub(crate) mod part;
 pub(crate) mod places;
 pub(crate) mod reached;
 pub(crate) mod search;

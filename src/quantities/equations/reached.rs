@@ -2,7 +2,8 @@
 
 use crate::equations::codes::Codes;
 use crate::equations::cost::{Cost, Earned};
-use crate::equations::graph::{EVERY, Edge, Graph, LOST, Rank};
+use crate::equations::game_graph::{Edge, LOST};
+use crate::equations::graph::{EVERY, Graph, Rank};
 use crate::equations::meter::Meter;
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
@@ -148,7 +149,7 @@ impl<'a, 'm> Growing<'a, 'm> {
             self.meter.step()?;
             let nodes = self.graph.nodes();
             self.meter.progress_at(next, &|| format!("{nodes} states"));
-            walk.steps(&code, &mut self.graph.known, &mut steps)?;
+            walk.steps(&code, &mut self.graph.game.fractions, &mut steps)?;
             self.graph.begin(node, self.meter)?;
             self.own(node, &code)?;
             for position in 0..steps.choices() {
@@ -158,6 +159,7 @@ impl<'a, 'm> Growing<'a, 'm> {
             }
             self.graph.end(node, self.meter)?;
         }
+        self.graph.finish();
         Ok(Reached { graph: self.graph, starts, found: self.found })
     }
 

@@ -21,34 +21,33 @@ pub(crate) struct Solution<N> {
 
 /// The values of the nodes that have no equation.
 #[derive(Debug)]
-enum Rest<N> {
+pub(crate) enum Rest<N> {
+    /// There are none.
     Unknown,
     /// The values are 0, except that marked nodes have 1.
-    Marked {
-        zero: N,
-        one: N,
-        ones: Members,
-    },
+    Marked { zero: N, one: N, ones: Members },
+}
+
+impl<N: Number> Rest<N> {
+    /// Returns the value 1 for some nodes, and 0 for all others.
+    pub(crate) fn ones(nodes: usize, is_one: &dyn Fn(u32) -> bool) -> Self {
+        Rest::Marked { zero: N::zero(), one: N::one(), ones: Members::new(nodes, is_one) }
+    }
 }
 
 impl<N: Number> Solution<N> {
-    /// Creates a solution of some nodes. `fact` returns the value of a node without an equation: 0
-    /// (false) or 1 (true); `None` if these have no values.
+    /// Creates a solution of some nodes, with the values of all others.
     ///
     /// # Errors
     /// The memory limit is reached.
     pub(crate) fn new(
         nodes: usize,
         is_open: impl Fn(u32) -> bool,
-        fact: Option<&dyn Fn(u32) -> bool>,
+        rest: Rest<N>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
         meter.take(nodes / 4)?;
         let open = Members::new(nodes, &is_open);
-        let rest = fact.map_or(Rest::Unknown, |fact| {
-            let ones = Members::new(nodes, |node| !is_open(node) && fact(node));
-            Rest::Marked { zero: N::zero(), one: N::one(), ones }
-        });
         let count = open.count();
         meter.take(count * (N::BYTES + 5))?;
         let (values, known, picks) = (vec![N::zero(); count], vec![false; count], vec![NONE; count]);
@@ -118,7 +117,7 @@ impl<N: Number> Solution<N> {
 
 /// A set of nodes, and the place of each of them in a list of the set.
 #[derive(Debug)]
-struct Members {
+pub(crate) struct Members {
     words: Vec<u64>,
     /// The number of members before each word.
     before: Vec<u32>,

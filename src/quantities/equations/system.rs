@@ -1,21 +1,21 @@
-//! The equations of a quantity and a level: which nodes have one, and the value of each choice.
+//! The equations of a game: which nodes have one, and the value of each choice. A model without an opponent is a game in
+//! which all states look for the same extreme.
+//!
+//! A level of improvements is a system whose counted edges have the known values of the level below.
 
 use std::fmt;
 
 use bitvec::vec::BitVec;
 
-use crate::equations::graph::{Edge, Graph, LOST};
+use crate::equations::game_graph::{Edge, GameGraph, Goal, LOST, Rewards};
+use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
+use crate::equations::narrow::Narrow;
 use crate::equations::number::{Interval, Number};
-use crate::equations::solution::Solution;
+use crate::equations::solution::{Rest, Solution};
 use meliora_base::error::{Limit, Result};
-
-/// The optimum that is wanted.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Sense {
-    Max,
-    Min,
-}
+use meliora_base::exact::Ratio;
+use meliora_model::Optimum;
 
 /// A method; see [`crate`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,23 +33,29 @@ pub(crate) enum Method {
 pub(crate) enum Quantity {
     /// P_k
     Probability(u32),
-    /// C_k
+    /// C_k, or a cost until a target that is to be reached almost surely.
     Cost(u32),
     /// N
     Number,
-    /// The largest expected cost until a counted edge, where every strategy takes one almost surely.
+    /// The costs of all steps.
     Reward,
     /// T_k, the least expected number of steps by candidates; see [`crate::answers::ties`]
     Steps(u32),
 }
 
 impl Quantity {
-    /// Returns the number of improvements k; 1 for others.
-    pub(crate) fn level(self) -> u32 {
+    /// Returns the extreme of the side that *leads*: the one that has to leave a component for it. Nothing is gained by
+    /// staying in one; a target that is never reached costs infinitely much.
+    pub(crate) fn leader(self) -> Optimum {
         match self {
-            Quantity::Probability(k) | Quantity::Cost(k) | Quantity::Steps(k) => k,
-            Quantity::Number | Quantity::Reward => 1,
+            Quantity::Cost(_) | Quantity::Steps(_) => Optimum::Min,
+            Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Optimum::Max,
         }
+    }
+
+    /// Returns whether this is a probability: at most 1.
+    pub(crate) fn is_probability(self) -> bool {
+        matches!(self, Quantity::Probability(_))
     }
 }
 
@@ -83,16 +89,6 @@ impl Candidates {
         let free = BitVec::repeat(false, choices.len());
         Candidates { choices, free, costs }
     }
-
-    /// Returns whether a choice is a candidate.
-    pub(crate) fn contains(&self, choice: u32) -> bool {
-        self.choices[choice as usize]
-    }
-
-    /// Returns the number of steps that a choice takes, by its number among the fractions.
-    pub(crate) fn cost(&self, choice: u32) -> u32 {
-        self.costs[usize::from(!self.free[choice as usize])]
-    }
 }
 
 /// A side of a game whose choices are fixed: the equations are those of the other side.
@@ -100,17 +96,44 @@ impl Candidates {
 pub(crate) struct Fixed {
     /// The choices that may be taken, by their numbers in the graph.
     pub(crate) choices: BitVec,
-    /// The optimum that the other side wants.
-    pub(crate) sense: Sense,
+    /// The extreme that the other side wants.
+    pub(crate) optimum: Optimum,
 }
 
-/// A system of equations over a graph, with the solution of the level below.
+/// The nodes that have equations, the nodes with the value 1, and the choices that may be taken.
+#[derive(Debug)]
+pub(crate) struct Sets {
+    pub(crate) open: BitVec,
+    pub(crate) ones: BitVec,
+    pub(crate) permitted: BitVec,
+}
+
+/// The nodes that have equations.
+pub(crate) enum Domain<'a> {
+    /// By the ranks of a graph.
+    Ranks(&'a Graph),
+    Sets(&'a Sets),
+}
+
+/// The numbers of what choices gain or pay, and these amounts.
+#[derive(Clone, Copy)]
+pub(crate) struct Gains<'a, N> {
+    numbers: Option<&'a Narrow>,
+    exact: &'a [Ratio],
+    values: &'a [N],
+}
+
+/// A system of equations.
 pub(crate) struct System<'a, N> {
-    pub(crate) graph: &'a Graph,
+    pub(crate) game: &'a GameGraph,
     pub(crate) quantity: Quantity,
-    /// The solution of level k-1; `None` for level 1. For numbers P_1, if it is known: this is N where at
-    /// most one improvement is possible.
+    pub(crate) goal: Goal,
+    pub(crate) domain: Domain<'a>,
+    pub(crate) gains: Gains<'a, N>,
+    /// The values at the ends of counted edges, if known: those of the level below.
     pub(crate) below: Option<&'a Solution<N>>,
+    /// The values of the nodes that have no equation, if they are more than 0 and 1.
+    pub(crate) closed: Option<&'a Solution<N>>,
     /// The fractions of the graph as numbers.
     pub(crate) fractions: &'a [N],
     /// The only method to use, for tests.
@@ -119,44 +142,97 @@ pub(crate) struct System<'a, N> {
     pub(crate) candidates: Option<&'a Candidates>,
     /// The side of a game that does not choose any more.
     pub(crate) fixed: Option<&'a Fixed>,
+    pub(crate) one: N,
 }
 
 /// The value at the end of an edge.
-pub(crate) enum End<N> {
-    /// The unknown of a node, and 1 more for an improvement that is counted.
+pub(crate) enum End<'s, N> {
+    /// The unknown of a node.
     Open(u32),
-    /// A known value.
-    Known(N),
+    /// A known value; 0 where there is none.
+    Known(Option<&'s N>),
 }
 
 impl<'a, N: Number> System<'a, N> {
-    /// Creates the system of a quantity of a graph, with the solution of the level below.
+    /// Creates the system of a quantity of a graph, with the solution of the level below. Of expected numbers, this is P_1
+    /// if it is known to be N where at most one improvement is possible.
     pub(crate) fn new(
         graph: &'a Graph,
         quantity: Quantity,
         below: Option<&'a Solution<N>>,
         fractions: &'a [N],
     ) -> Self {
-        System { graph, quantity, below, fractions, only: None, candidates: None, fixed: None }
+        let has_costs = matches!(quantity, Quantity::Cost(_) | Quantity::Reward);
+        let numbers = has_costs.then_some(&graph.costs);
+        let (below, closed) = if quantity == Quantity::Number { (None, below) } else { (below, None) };
+        System {
+            game: graph,
+            quantity,
+            goal: Goal::against(quantity.leader()),
+            domain: Domain::Ranks(graph),
+            gains: Gains { numbers, exact: graph.fractions(), values: fractions },
+            below,
+            closed,
+            fractions,
+            only: None,
+            candidates: None,
+            fixed: None,
+            one: N::one(),
+        }
     }
 
-    pub(crate) fn sense(&self) -> Sense {
-        if let Some(fixed) = self.fixed {
-            return fixed.sense;
+    /// Creates the system of some nodes of a game, whose edges are not counted. `fractions` are those of the game, and
+    /// `gains` those of rewards as numbers.
+    pub(crate) fn of_sets(
+        (game, sets): (&'a GameGraph, &'a Sets),
+        (quantity, goal): (Quantity, Goal),
+        rewards: Option<(&'a Rewards, &'a [N])>,
+        fractions: &'a [N],
+    ) -> Self {
+        let gains = match rewards {
+            Some((own, values)) => {
+                Gains { numbers: Some(&own.of_choice), exact: own.fractions.list(), values }
+            }
+            None => Gains { numbers: None, exact: &[], values: &[] },
+        };
+        let (domain, below, closed) = (Domain::Sets(sets), None, None);
+        let (only, candidates, fixed, one) = (None, None, None, N::one());
+        System { game, quantity, goal, domain, gains, below, closed, fractions, only, candidates, fixed, one }
+    }
+
+    /// Fixes the choices of a side.
+    pub(crate) fn fixed(mut self, fixed: Option<&'a Fixed>) -> Self {
+        if let Some(Fixed { optimum, .. }) = fixed {
+            self.goal = Goal::all(*optimum);
         }
-        match self.quantity {
-            Quantity::Cost(_) | Quantity::Steps(_) => Sense::Min,
-            Quantity::Probability(_) | Quantity::Number | Quantity::Reward => Sense::Max,
+        self.fixed = fixed;
+        self
+    }
+
+    /// Returns the extreme that a node looks for.
+    pub(crate) fn optimum(&self, node: u32) -> Optimum {
+        match self.goal.ours == self.goal.theirs || !self.game.is_theirs(node) {
+            true => self.goal.ours,
+            false => self.goal.theirs,
         }
+    }
+
+    /// Returns whether a node is one of the leading side; see [`Quantity::leader`].
+    pub(crate) fn leads(&self, node: u32) -> bool {
+        self.optimum(node) == self.quantity.leader()
     }
 
     /// Returns whether a node has an equation: for others, the value follows from the rank, or there
     /// is none.
     pub(crate) fn is_open(&self, node: u32) -> bool {
-        let rank = self.graph.rank(node);
+        let graph = match self.domain {
+            Domain::Sets(sets) => return sets.open[node as usize],
+            Domain::Ranks(graph) => graph,
+        };
+        let rank = graph.rank(node);
         match self.quantity {
             Quantity::Probability(k) => rank.positive >= k && rank.sure < k,
-            Quantity::Number => rank.positive > u32::from(self.below.is_some()),
+            Quantity::Number => rank.positive > u32::from(self.closed.is_some()),
             Quantity::Cost(k) => rank.sure >= k,
             Quantity::Reward => rank.sure > 0,
             Quantity::Steps(k) => rank.positive >= k,
@@ -167,7 +243,7 @@ impl<'a, N: Number> System<'a, N> {
     /// fixed, or that this side takes, and for costs one with which the improvements stay certain.
     pub(crate) fn permits(&self, choice: u32) -> bool {
         if let Some(candidates) = self.candidates {
-            return candidates.contains(choice);
+            return candidates.choices[choice as usize];
         }
         self.fixed.is_none_or(|fixed| fixed.choices[choice as usize]) && self.keeps_certain(choice)
     }
@@ -175,58 +251,66 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns whether a component follows a choice of a node: one that may be taken. At a junction, ranks depend on both
     /// choices, whichever is fixed.
     pub(crate) fn follows(&self, node: u32, choice: u32) -> bool {
-        let is_free = self.fixed.is_some() && self.graph.is_junction(node) && self.keeps_certain(choice);
+        let is_junction = matches!(self.domain, Domain::Ranks(graph) if graph.is_junction(node));
+        let is_free = self.fixed.is_some() && is_junction && self.keeps_certain(choice);
         is_free || self.permits(choice)
     }
 
     /// Returns whether the improvements stay certain with a choice, if they must.
-    pub(crate) fn keeps_certain(&self, choice: u32) -> bool {
-        let Quantity::Cost(k) = self.quantity else { return true };
+    fn keeps_certain(&self, choice: u32) -> bool {
+        let (graph, k) = match (&self.domain, self.quantity) {
+            (Domain::Sets(sets), _) => return sets.permitted[choice as usize],
+            (Domain::Ranks(graph), Quantity::Cost(k)) => (graph, k),
+            _ => return true,
+        };
         let certain =
-            |edge: Edge| edge.to != LOST && self.graph.rank(edge.to).sure >= k - u32::from(edge.counts());
-        self.graph.edges(choice).all(certain)
+            |edge: Edge| edge.to != LOST && graph.rank(edge.to).sure >= k - u32::from(edge.counts());
+        graph.edges(choice).all(certain)
     }
 
     /// Returns the value at the end of an edge.
-    pub(crate) fn end(&self, edge: Edge, solution: &Solution<N>) -> End<N> {
+    pub(crate) fn end<'s>(&'s self, edge: Edge, solution: &'s Solution<N>) -> End<'s, N> {
         if edge.to == LOST {
-            return End::Known(N::zero());
+            return End::Known(None);
         }
         if edge.counts() && self.quantity != Quantity::Number {
             return End::Known(match (self.below, self.quantity) {
-                (Some(below), _) => below.get(edge.to).cloned().unwrap_or_else(N::zero),
-                (None, Quantity::Cost(_) | Quantity::Reward | Quantity::Steps(_)) => N::zero(),
-                (None, _) => N::one(),
+                (Some(below), _) => below.get(edge.to),
+                (None, Quantity::Probability(_)) => Some(&self.one),
+                (None, _) => None,
             });
         }
-        let solution = match self.below {
-            Some(first) if self.quantity == Quantity::Number && !self.is_open(edge.to) => first,
+        let solution = match self.closed {
+            Some(closed) if !self.is_open(edge.to) => closed,
             _ => solution,
         };
         match solution.get(edge.to) {
-            Some(value) => End::Known(value.clone()),
+            Some(value) => End::Known(Some(value)),
             None => End::Open(edge.to),
         }
     }
 
-    /// Returns the cost of a choice, by its position among the fractions; `None` if the quantity has
-    /// no costs.
-    pub(crate) fn cost(&self, choice: u32) -> Option<u32> {
-        match self.quantity {
-            Quantity::Cost(_) | Quantity::Reward => Some(self.graph.cost(choice)),
-            Quantity::Steps(_) => self.candidates.map(|candidates| candidates.cost(choice)),
-            Quantity::Probability(_) | Quantity::Number => None,
+    /// Returns the number of the gain of a choice; `None` if the quantity has no costs.
+    fn gain_number(&self, choice: u32) -> Option<usize> {
+        if let (Quantity::Steps(_), Some(candidates)) = (self.quantity, self.candidates) {
+            return Some(candidates.costs[usize::from(!candidates.free[choice as usize])] as usize);
         }
+        self.gains.numbers.map(|numbers| numbers.get(choice as usize) as usize)
     }
 
-    /// Returns the constant part of a choice that does not depend on its successors.
-    pub(crate) fn own_constant(&self, choice: u32) -> N {
-        self.cost(choice).map_or_else(N::zero, |cost| self.fractions[cost as usize].clone())
+    /// Returns what a choice gains or pays, whatever follows; `None` if the quantity has no costs.
+    pub(crate) fn gain(&self, choice: u32) -> Option<&N> {
+        self.gain_number(choice).map(|number| &self.gains.values[number])
+    }
+
+    /// Does the same as [`System::gain`] with fractions.
+    pub(crate) fn exact_gain(&self, choice: u32) -> Option<&Ratio> {
+        self.gain_number(choice).map(|number| &self.gains.exact[number])
     }
 
     /// Returns an edge's constant for the expected number: 1 for an improvement.
     pub(crate) fn bonus(&self, edge: Edge) -> bool {
-        edge.counts() && self.quantity == Quantity::Number
+        self.quantity == Quantity::Number && edge.counts()
     }
 
     /// Returns the value of a choice under a solution; `None` if it is not permitted or a successor
@@ -235,32 +319,45 @@ impl<'a, N: Number> System<'a, N> {
         if !self.permits(choice) {
             return None;
         }
-        let mut sum = self.own_constant(choice);
-        for edge in self.graph.edges(choice) {
-            let End::Known(mut value) = self.end(edge, solution) else { return None };
+        let mut sum = self.gain(choice).cloned().unwrap_or_else(N::zero);
+        for edge in self.game.edges(choice) {
+            let End::Known(value) = self.end(edge, solution) else { return None };
+            let p = &self.fractions[edge.probability() as usize];
             if self.bonus(edge) {
-                value = value.plus(&N::one());
+                sum = sum.plus(p);
             }
-            sum = sum.plus(&self.fractions[edge.probability() as usize].times(&value));
+            if let Some(value) = value {
+                sum = sum.plus(&p.times(value));
+            }
         }
         Some(sum)
     }
 
     /// Creates a solution that contains only the facts.
     pub(crate) fn start(&self, meter: &mut Meter<'_>) -> Result<Solution<N>> {
-        let is_one = |node: u32| match self.quantity {
-            Quantity::Probability(k) => self.graph.rank(node).sure >= k,
-            _ => false,
-        };
-        let has_facts =
-            matches!(self.quantity, Quantity::Probability(_) | Quantity::Number | Quantity::Steps(_));
-        let fact = has_facts.then_some(&is_one as &dyn Fn(u32) -> bool);
-        Solution::new(self.graph.nodes(), |node| self.is_open(node), fact, meter)
+        let is_open = |node: u32| self.is_open(node);
+        let nodes = self.game.states();
+        match self.domain {
+            Domain::Sets(sets) => {
+                Solution::new(nodes, is_open, Rest::ones(nodes, &|node| sets.ones[node as usize]), meter)
+            }
+            Domain::Ranks(graph) => {
+                let is_one = |node: u32| match self.quantity {
+                    Quantity::Probability(k) => graph.rank(node).sure >= k,
+                    _ => false,
+                };
+                let rest = match self.quantity {
+                    Quantity::Cost(_) | Quantity::Reward => Rest::Unknown,
+                    _ => Rest::ones(nodes, &is_one),
+                };
+                Solution::new(nodes, is_open, rest, meter)
+            }
+        }
     }
 
     /// Returns the greatest value of a node of which nothing is known.
     pub(crate) fn most(&self) -> f64 {
-        if matches!(self.quantity, Quantity::Probability(_)) { 1.0 } else { f64::INFINITY }
+        if self.quantity.is_probability() { 1.0 } else { f64::INFINITY }
     }
 
     /// Returns the bounds of a node of which nothing is known.

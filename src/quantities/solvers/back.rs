@@ -4,56 +4,20 @@ use bitvec::vec::BitVec;
 
 use crate::equations::game_graph::{GameGraph, Goal, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Number, Weight};
+use crate::equations::number::Number;
 use meliora_base::error::Result;
-use meliora_base::exact::Ratio;
 
 /// The equations of one step as numbers.
 pub(crate) struct Back<'a, N> {
     game: &'a GameGraph,
-    pub(crate) maximisers: BitVec,
+    maximisers: BitVec,
     probabilities: Vec<N>,
     /// The rewards, and their values as numbers.
     gains: Option<(&'a Rewards, Vec<N>)>,
 }
 
-impl<'a, N: Weight + PartialEq> Back<'a, N> {
-    /// Reads the probabilities of a game, and rewards that choices earn, as numbers `of` them.
-    ///
-    /// # Errors
-    /// The memory limit is reached.
-    pub(crate) fn with(
-        game: &'a GameGraph,
-        goal: Goal,
-        rewards: Option<&'a Rewards>,
-        of: impl Fn(&Ratio) -> N,
-        meter: &mut Meter<'_>,
-    ) -> Result<Self> {
-        let fractions = game.fractions.list();
-        meter.take(fractions.len() * N::BYTES + game.states() / 8)?;
-        let gains = rewards.map(|own| (own, own.fractions.list().iter().map(&of).collect()));
-        let probabilities = fractions.iter().map(&of).collect();
-        Ok(Back { game, maximisers: game.maximisers(goal), probabilities, gains })
-    }
-
-    /// Returns what a choice earns, and the mean of `x` after it.
-    pub(crate) fn mean(&self, choice: usize, x: &[N]) -> N {
-        let terms = self.game.edges(choice);
-        let gain = self.gains.as_ref().map(|(own, gains)| &gains[own.of_choice.get(choice) as usize]);
-        let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
-        let sum = match first {
-            // A mean of equal values is this value, without any rounding.
-            Some(first) if terms.clone().all(|(to, _)| x[to as usize] == *first) => first.clone(),
-            _ => terms.fold(N::zero(), |sum, (to, weight)| {
-                sum.plus(&self.probabilities[weight as usize].times(&x[to as usize]))
-            }),
-        };
-        gain.map_or(sum.clone(), |gain| sum.plus(gain))
-    }
-}
-
 impl<'a, N: Number> Back<'a, N> {
-    /// Does the same as [`Back::with`] for numbers of the solver.
+    /// Reads the probabilities of a game, and rewards that choices earn.
     ///
     /// # Errors
     /// The memory limit is reached.
@@ -63,11 +27,32 @@ impl<'a, N: Number> Back<'a, N> {
         rewards: Option<&'a Rewards>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        Back::with(game, goal, rewards, N::of, meter)
+        let fractions = game.fractions();
+        meter.take(fractions.len() * N::BYTES + game.states() / 8)?;
+        let gains = rewards.map(|own| (own, own.fractions.list().iter().map(N::of).collect()));
+        let probabilities = fractions.iter().map(N::of).collect();
+        Ok(Back { game, maximisers: game.maximisers(goal), probabilities, gains })
+    }
+
+    /// Returns what a choice earns, and the mean of `x` after it.
+    fn mean(&self, choice: usize, x: &[N]) -> N {
+        let terms = self.game.outcomes(choice);
+        let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
+        let sum = match first {
+            // A mean of equal values is this value, without any rounding.
+            Some(first) if terms.clone().all(|(to, _)| x[to as usize] == *first) => first.clone(),
+            _ => terms.fold(N::zero(), |sum, (to, weight)| {
+                sum.plus(&self.probabilities[weight as usize].times(&x[to as usize]))
+            }),
+        };
+        match &self.gains {
+            Some((own, gains)) => sum.plus(&gains[own.of_choice.get(choice) as usize]),
+            None => sum,
+        }
     }
 
     /// Returns the optimum of the choices of a state for the values `x` after them.
-    pub(crate) fn best(&self, state: usize, x: &[N]) -> N {
+    fn best(&self, state: usize, x: &[N]) -> N {
         let greatest = self.maximisers[state];
         let mut best: Option<(N, N)> = None;
         for choice in self.game.choices.of(state as u32) {

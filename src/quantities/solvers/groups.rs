@@ -1,8 +1,11 @@
 //! The nodes of a strongly connected component, grouped by the end components in which nothing can
 //! be gained or paid.
 
+use bitvec::vec::BitVec;
+
 use crate::equations::choices::Choices;
-use crate::equations::graph::{Edge, LOST, NONE};
+use crate::equations::game_graph::{Edge, LOST};
+use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
@@ -11,6 +14,7 @@ use crate::solvers::components::{self, EndComponents};
 use crate::solvers::eliminate::Row;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_model::Optimum;
 
 /// The part of the greatest value by which an action must be better, for doubles: more than the error of elimination in
 /// most components.
@@ -23,6 +27,8 @@ pub(crate) trait Entry: Weight + PartialOrd {
     const EXACT: bool;
     /// Returns a fraction of the graph.
     fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Self::Read;
+    /// Returns what a choice gains or pays, whatever follows.
+    fn gain<N: Number>(system: &System<'_, N>, choice: u32) -> Option<Self::Read>;
     /// Returns the lower and the upper bound of a number; the upper one is finite for fractions.
     fn read<N: Number>(number: &N) -> (Self::Read, Self::Read);
     /// Returns the lower bound of a number.
@@ -38,7 +44,11 @@ impl Entry for Ratio {
     const EXACT: bool = true;
 
     fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Ratio {
-        system.graph.fractions()[position as usize].clone()
+        system.game.fractions()[position as usize].clone()
+    }
+
+    fn gain<N: Number>(system: &System<'_, N>, choice: u32) -> Option<Ratio> {
+        system.exact_gain(choice).cloned()
     }
 
     fn read<N: Number>(number: &N) -> (Ratio, Ratio) {
@@ -68,6 +78,10 @@ impl Entry for f64 {
 
     fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Interval {
         system.fractions[position as usize].bounds()
+    }
+
+    fn gain<N: Number>(system: &System<'_, N>, choice: u32) -> Option<Interval> {
+        system.gain(choice).map(N::bounds)
     }
 
     fn read<N: Number>(number: &N) -> (Interval, Interval) {
@@ -163,7 +177,7 @@ impl<N: Number> Equation<N> {
     }
 }
 
-/// The nodes of a component and their groups.
+/// The nodes of a component and their groups: end components in which the leading side alone chooses.
 pub(crate) struct Groups<'n> {
     nodes: &'n [u32],
     /// The position of each node of the graph in `nodes`, or [`NONE`].
@@ -173,6 +187,8 @@ pub(crate) struct Groups<'n> {
     /// The number of each of these choices in the graph.
     numbers: Vec<u32>,
     found: EndComponents,
+    /// True if both sides together can stay in the component forever without any cost.
+    pub(crate) may_rest: bool,
 }
 
 impl<'n> Groups<'n> {
@@ -183,14 +199,35 @@ impl<'n> Groups<'n> {
         position: &'n [u32],
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let mut free = Choices::default();
-        let mut numbers = Vec::new();
+        // A node with one choice counts as one of the leading side.
+        let leads = |&node: &u32| {
+            let mut permitted = system.game.choices(node).filter(|&choice| system.permits(choice));
+            system.leads(node) || permitted.nth(1).is_none()
+        };
+        let leads: BitVec = nodes.iter().map(leads).collect();
+        let mut groups = Groups::among(system, (nodes, position), &|index| leads[index], meter)?;
+        // For the leading side, only a path without any cost is better than one that ends.
+        if !leads.all() && system.quantity.leader() == Optimum::Min {
+            let both = Groups::among(system, (nodes, position), &|_| true, meter)?;
+            groups.may_rest = both.found.count < groups.found.count;
+        }
+        Ok(groups)
+    }
+
+    /// Finds the end components of the free choices of some nodes.
+    fn among<N: Number>(
+        system: &System<'_, N>,
+        (nodes, position): (&'n [u32], &'n [u32]),
+        leads: &dyn Fn(usize) -> bool,
+        meter: &mut Meter<'_>,
+    ) -> Result<Self> {
+        let (mut free, mut numbers) = (Choices::default(), Vec::new());
         // Most successors come first, so most choices into nodes without a free choice are left out at once.
         let mut leaves = vec![false; nodes.len()];
         for (index, &node) in nodes.iter().enumerate() {
             meter.step()?;
             let first = numbers.len();
-            for choice in system.graph.choices(node) {
+            for choice in system.game.choices(node).filter(|_| leads(index)) {
                 let before = free.to.len();
                 if is_free(system, choice, position, &mut free.to)
                     && !free.to[before..].iter().any(|&to| leaves[to as usize])
@@ -211,7 +248,7 @@ impl<'n> Groups<'n> {
             }
             false => components::end_components(&free, meter)?,
         };
-        Ok(Groups { nodes, position, free, numbers, found })
+        Ok(Groups { nodes, position, free, numbers, found, may_rest: false })
     }
 
     /// Returns the number of groups.
@@ -242,7 +279,7 @@ impl<'n> Groups<'n> {
     ) -> Result<()> {
         for index in self.by_group() {
             let (node, group) = (self.nodes[index as usize], self.found.group[index as usize]);
-            for choice in system.graph.choices(node) {
+            for choice in system.game.choices(node) {
                 meter.step()?;
                 if system.permits(choice) && !self.stays(index as usize, choice) {
                     each(group, choice);
@@ -250,6 +287,19 @@ impl<'n> Groups<'n> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the extreme that each group looks for.
+    pub(crate) fn optima<N: Number>(&self, system: &System<'_, N>) -> Vec<Optimum> {
+        let mut members = vec![0u32; self.count()];
+        self.found.group.iter().for_each(|&group| members[group as usize] += 1);
+        let mut optima = vec![system.quantity.leader(); self.count()];
+        for (&node, &group) in self.nodes.iter().zip(&self.found.group) {
+            if members[group as usize] == 1 {
+                optima[group as usize] = system.optimum(node);
+            }
+        }
+        optima
     }
 
     /// Returns the positions of the nodes, ordered by groups.
@@ -264,12 +314,12 @@ impl<'n> Groups<'n> {
     /// Returns whether the bounds at all exits of the component are finite.
     pub(crate) fn is_bounded<N: Number>(&self, system: &System<'_, N>, solution: &Solution<N>) -> bool {
         let is_finite = |edge: Edge| match system.end(edge, solution) {
-            End::Known(value) => value.bounds().upper.is_finite(),
+            End::Known(value) => value.is_none_or(|value| value.bounds().upper.is_finite()),
             End::Open(_) => true,
         };
         let permitted = |&choice: &u32| system.permits(choice);
-        let choices = self.nodes.iter().flat_map(|&node| system.graph.choices(node)).filter(permitted);
-        choices.flat_map(|choice| system.graph.edges(choice)).all(is_finite)
+        let choices = self.nodes.iter().flat_map(|&node| system.game.choices(node)).filter(permitted);
+        choices.flat_map(|choice| system.game.edges(choice)).all(is_finite)
     }
 
     /// Returns the group of an open node; `None` outside of the component.
@@ -288,19 +338,25 @@ impl<'n> Groups<'n> {
         equation: &mut Equation<E::Read>,
     ) {
         equation.clear();
-        if let Some(cost) = system.cost(choice) {
-            equation.gain(&E::fraction(system, cost));
+        if let Some(gain) = E::gain(system, choice) {
+            equation.gain(&gain);
         }
-        for edge in system.graph.edges(choice) {
+        for edge in system.game.edges(choice) {
             let p = E::fraction(system, edge.probability());
-            let bonus = if system.bonus(edge) { E::Read::one() } else { E::Read::zero() };
+            let is_bonus = system.bonus(edge);
             match system.end(edge, solution) {
                 End::Known(value) => {
-                    let (low, high) = E::read(&value);
-                    equation.exit(p, (low.plus(&bonus), high.plus(&bonus)));
+                    let (mut low, mut high) =
+                        value.map_or_else(|| (E::Read::zero(), E::Read::zero()), E::read);
+                    if is_bonus {
+                        (low, high) = (low.plus(&E::Read::one()), high.plus(&E::Read::one()));
+                    }
+                    equation.exit(p, (low, high));
                 }
                 End::Open(to) => {
-                    equation.gain(&p.times(&bonus));
+                    if is_bonus {
+                        equation.gain(&p);
+                    }
                     match self.group_of(to) {
                         Some(to) if to == own => equation.whole = false,
                         Some(to) => equation.row.edges.push((to, p)),
@@ -322,7 +378,7 @@ impl<'n> Groups<'n> {
     ) {
         for (index, &node) in self.nodes.iter().enumerate() {
             let group = self.found.group[index] as usize;
-            if system.graph.choices(node).contains(&picks[group]) {
+            if system.game.choices(node).contains(&picks[group]) {
                 solution.set_pick(node, picks[group]);
             }
             solution.set(node, values[group].clone());
@@ -355,11 +411,11 @@ impl<'n> Groups<'n> {
 /// Returns whether nothing is gained or paid by a choice and it stays in the component; adds its
 /// successors to `to`.
 fn is_free<N: Number>(system: &System<'_, N>, choice: u32, position: &[u32], to: &mut Vec<u32>) -> bool {
-    let paid = system.cost(choice).is_some_and(|cost| !system.fractions[cost as usize].is_zero());
+    let paid = system.gain(choice).is_some_and(|gain| !gain.is_zero());
     if paid || !system.permits(choice) {
         return false;
     }
-    system.graph.edges(choice).all(|edge| {
+    system.game.edges(choice).all(|edge| {
         let stays = edge.to != LOST && !edge.counts() && position[edge.to as usize] != NONE;
         if stays {
             to.push(position[edge.to as usize]);

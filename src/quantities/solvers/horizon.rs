@@ -2,7 +2,8 @@
 
 use ahash::AHashMap;
 
-use crate::equations::graph::{Graph, LOST};
+use crate::equations::game_graph::LOST;
+use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Weight};
 use meliora_base::error::Result;

@@ -21,15 +21,17 @@ use std::collections::VecDeque;
 use ahash::AHashSet;
 use num_traits::{One, Zero};
 
-use crate::equations::graph::{Edge, Graph, LOST, NONE};
+use crate::equations::game_graph::{Edge, LOST};
+use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::{Meter, Stop};
 use crate::equations::number::Interval;
 use crate::equations::solution::Solution;
-use crate::equations::system::{Fixed, Quantity, Sense, System};
+use crate::equations::system::{Fixed, Quantity, System};
 use crate::solvers::groups::Groups;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_dump::bounds::{MOST_BITS, Number};
+use meliora_model::Optimum;
 
 /// The number of groups up to which a component is solved with fractions.
 const FEW: usize = 100;
@@ -115,7 +117,7 @@ impl Wanted<'_> {
 
     fn system(&self) -> System<'_, Interval> {
         let below = self.below.map(|below| &below.rounded);
-        System { fixed: self.fixed, ..System::new(self.graph, self.quantity, below, self.fractions) }
+        System::new(self.graph, self.quantity, below, self.fractions).fixed(self.fixed)
     }
 
     /// Returns the bound that says nothing.
@@ -349,22 +351,22 @@ impl Work<'_> {
     /// Finds the bound of a node that is a component of its own.
     fn single(&mut self, node: u32, position: &[u32]) -> Result<()> {
         let (wanted, system) = (self.wanted, self.wanted.system());
-        let mut best: Option<Ratio> = None;
-        let mut is_finite = true;
+        let (mut best, mut is_finite): (Option<Ratio>, _) = (None, true);
+        let optimum = system.optimum(node);
         for choice in wanted.graph.choices(node).filter(|&choice| system.permits(choice)) {
             let Some((sum, back)) = self.parts(choice, Some(node)) else {
                 // An upper bound of the greatest value is infinite, then; others have other choices.
-                is_finite &= system.sense() == Sense::Min;
+                is_finite &= optimum == Optimum::Min;
                 continue;
             };
             if back.is_one() {
                 continue;
             }
             let value = sum / (Ratio::one() - back);
-            best = Some(match (best, system.sense()) {
+            best = Some(match (best, optimum) {
                 (None, _) => value,
-                (Some(best), Sense::Max) => best.max(value),
-                (Some(best), Sense::Min) => best.min(value),
+                (Some(best), Optimum::Max) => best.max(value),
+                (Some(best), Optimum::Min) => best.min(value),
             });
         }
         let bound = best.filter(|_| is_finite).map_or_else(|| wanted.nothing(), |x| wanted.outward(x));

@@ -21,7 +21,6 @@
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::PRECISION;
-use crate::equations::system::Sense;
 use crate::solvers::policies::{MARGIN, SWEEPS};
 use crate::solvers::rows::{Found, Rows, TINY};
 
@@ -116,8 +115,8 @@ impl<'s> Iteration<'s> {
     /// # Errors
     /// They cannot become narrow; more than `budget` entries would be read; a limit is reached.
     pub(crate) fn turn(&mut self, budget: usize, meter: &mut Meter<'_>) -> Turn<()> {
-        // The errors of smaller numbers are not relative.
-        if self.sparse.least < TINY {
+        // The errors of smaller numbers are not relative. Where paths need not end, the least solution is none.
+        if self.sparse.least < TINY || self.sparse.may_rest {
             return Err(Stop::Never);
         }
         self.left = budget;
@@ -146,12 +145,12 @@ impl<'s> Iteration<'s> {
     fn lift(&mut self, meter: &mut Meter<'_>) -> Turn<f64> {
         self.spend()?;
         let mut change = Change::default();
-        let (greatest, policy) = (self.sparse.sense == Sense::Max, &mut self.policy);
+        let (sparse, policy) = (self.sparse, &mut self.policy);
         self.sparse.sweep(false, &mut self.low, meter, |group, x, (q, action)| {
             if q > *x {
                 change.note(if *x == 0.0 { q.max(PRECISION) } else { q - *x }, q);
                 *x = q;
-                if greatest {
+                if sparse.is_max(group) {
                     policy[group] = action as u32;
                 }
             }
@@ -179,14 +178,14 @@ impl<'s> Iteration<'s> {
     /// Iterates a candidate until it is an upper bound; returns false if it does not become one soon.
     fn confirm(&mut self, mut x: Vec<f64>, meter: &mut Meter<'_>) -> Turn<bool> {
         let mut policy = self.policy.clone();
-        let least = self.sparse.sense == Sense::Min;
+        let sparse = self.sparse;
         for _ in 0..self.trend.patience() {
             self.spend()?;
             let mut raised = false;
             self.sparse.sweep(true, &mut x, meter, |group, x, (q, action)| {
                 raised |= q > *x;
                 *x = q;
-                if least {
+                if !sparse.is_max(group) {
                     policy[group] = action as u32;
                 }
             })?;
@@ -207,11 +206,11 @@ impl<'s> Iteration<'s> {
 
     /// Returns the bounds so far.
     pub(crate) fn found(&self) -> Found {
-        let pick = |&action: &u32| {
-            let known = action != NONE && (self.sparse.sense == Sense::Max || self.high.is_some());
+        let pick = |(group, &action): (usize, &u32)| {
+            let known = action != NONE && (self.sparse.is_max(group) || self.high.is_some());
             if known { self.sparse.choices[action as usize] } else { NONE }
         };
-        let picks = self.policy.iter().map(pick).collect();
+        let picks = self.policy.iter().enumerate().map(pick).collect();
         let high = self.high.clone().unwrap_or_else(|| vec![f64::INFINITY; self.low.len()]);
         Found { low: self.low.clone(), high, picks }
     }
@@ -224,6 +223,7 @@ mod tests {
     use crate::solvers::rows::Constant;
     use meliora_base::random::Draw;
     use meliora_engine::NoProgress;
+    use meliora_model::Optimum;
 
     const RARE: f64 = 1.0 / (1 << 30) as f64;
 
@@ -247,8 +247,8 @@ mod tests {
     }
 
     /// Returns the rows of a component; `width` is that of the bounds at the first exit of all.
-    fn sparse(sense: Sense, groups: &[Vec<Made>], width: f64) -> Rows<f64> {
-        let mut sparse = Rows::empty(sense);
+    fn sparse(optimum: Optimum, groups: &[Vec<Made>], width: f64) -> Rows<f64> {
+        let mut sparse = Rows::empty(optimum, vec![optimum; groups.len()]);
         (sparse.error, sparse.inherited, sparse.least) = (16.0 * f64::EPSILON, width, RARE);
         for (group, actions) in (0..).zip(groups) {
             sparse.begin(group);
@@ -290,12 +290,12 @@ mod tests {
 
     #[test]
     fn bounds_contain_the_value_and_are_narrow() {
-        assert_half(solve(&sparse(Sense::Max, &ring(50, 0.25), 0.0), 200));
+        assert_half(solve(&sparse(Optimum::Max, &ring(50, 0.25), 0.0), 200));
     }
 
     #[test]
     fn a_component_that_is_hardly_left_has_true_bounds() {
-        let ring = sparse(Sense::Max, &ring(50, 2.0f64.powi(-45)), 0.0);
+        let ring = sparse(Optimum::Max, &ring(50, 2.0f64.powi(-45)), 0.0);
         let (found, is_narrow) = solve(&ring, 1000);
         assert!(!is_narrow && found.low.iter().all(|low| *low <= 0.5));
         assert!(found.high.iter().all(|high| high.is_infinite()));
@@ -313,7 +313,7 @@ mod tests {
             Made { gain: 0.0, exits: vec![(0.5, RARE)], edges: vec![(n - 1, 1.0 - RARE)] },
             Made { gain: 0.0, exits: vec![(0.5, 1.0)], edges: Vec::new() },
         ];
-        sparse(Sense::Max, &groups, width)
+        sparse(Optimum::Max, &groups, width)
     }
 
     #[test]
@@ -327,19 +327,19 @@ mod tests {
     }
 
     /// Returns a random component, some exits of which have the probability `rare`.
-    fn random(draw: &mut Draw, sense: Sense, rare: f64) -> Vec<Vec<Made>> {
+    fn random(draw: &mut Draw, optimum: Optimum, rare: f64) -> Vec<Vec<Made>> {
         let n = 1001 + draw.below(200) as u32;
         let mut action = |i: u32, number: usize| {
             let (up, down) = ((i + 1 + draw.below(8) as u32) % n, (i + n - 1 - draw.below(8) as u32) % n);
             let exit = |draw: &mut Draw, p: f64| vec![([0.0, 0.25, 0.5, 1.0][draw.below(4)], p)];
-            let cost = match sense {
-                Sense::Max => 0.0,
-                Sense::Min if i > 8 && draw.below(3) == 0 => 0.0,
-                Sense::Min => [1.0, 2.0, 5.0][draw.below(3)],
+            let cost = match optimum {
+                Optimum::Max => 0.0,
+                Optimum::Min if i > 8 && draw.below(3) == 0 => 0.0,
+                Optimum::Min => [1.0, 2.0, 5.0][draw.below(3)],
             };
             match if number == 0 { 0 } else { draw.below(4) } {
                 // Without cost, cycles would have no unique solution: such an action goes down.
-                _ if sense == Sense::Min && cost == 0.0 => {
+                _ if optimum == Optimum::Min && cost == 0.0 => {
                     Made { gain: 0.0, exits: Vec::new(), edges: vec![(down, 1.0)] }
                 }
                 0 => Made { gain: cost, exits: exit(draw, 0.25), edges: vec![(up, 0.5), (down, 0.25)] },
@@ -371,21 +371,21 @@ mod tests {
 
     #[test]
     fn iteration_and_elimination_agree_on_large_random_components() {
-        for (seed, sense) in (0..6).flat_map(|seed| [(seed, Sense::Max), (seed, Sense::Min)]) {
+        for (seed, optimum) in (0..6).flat_map(|seed| [(seed, Optimum::Max), (seed, Optimum::Min)]) {
             let rare = if seed % 2 == 0 { RARE } else { 1.0 / 64.0 };
-            let sparse = sparse(sense, &random(&mut Draw::new(seed), sense, rare), 0.0);
+            let sparse = sparse(optimum, &random(&mut Draw::new(seed), optimum, rare), 0.0);
             let mut iteration = Iteration::new(&sparse, None);
             let end = iteration.turn(10_000 * sparse.entries(), &mut Meter::unlimited(&NoProgress));
-            assert!(end.is_ok(), "seed {seed}, {sense:?}: {end:?}");
+            assert!(end.is_ok(), "seed {seed}, {optimum:?}: {end:?}");
             let Found { low, high, .. } = iteration.found();
             for (group, value) in values(&sparse, &iteration.policy).into_iter().enumerate() {
                 let (low, high) = (low[group], high[group]);
-                assert!(high - low <= 1e-7 * low.max(1.0), "seed {seed}, {sense:?}: {low} {high}");
+                assert!(high - low <= 1e-7 * low.max(1.0), "seed {seed}, {optimum:?}: {low} {high}");
                 // The policy attains one of the bounds, and elimination has an error of its own.
                 let spare = 1e-9 * value.max(1.0);
                 assert!(
                     low - spare <= value && value <= high + spare,
-                    "seed {seed}, {sense:?}, group {group}: {low} {high} {value}"
+                    "seed {seed}, {optimum:?}, group {group}: {low} {high} {value}"
                 );
             }
         }

@@ -10,17 +10,15 @@
 //! | `policies` | policy iteration by elimination of states, with bounds that one step confirms, or with fractions |
 //! | `eliminate` | elimination of states |
 //! | `horizon` | success within n steps |
-//! | `levelled` | the quantities of all levels against an opponent |
-//! | `sides` | the states from which a set is reached possibly, and almost surely, in a game |
+//! | `sides` | the states from which a set is reached possibly, almost surely, or again and again, in a game |
 //! | `reaching` | the values of all states of an arena, also of games |
 //! | `back` | steps backward over all states of an arena |
-//! | `total`, `long_run` | rewards of all steps, and their averages |
+//! | `long_run` | averages over the long run |
 //! | `weighted`, `pairs` | weighted sums of several objectives |
 //! | `strategy` | their strategies, node by node |
 //! | `hull`, `outer` | the points that they show, and the vertices of the half-spaces |
 //! | `inductive` | bounds that one step confirms |
 
-pub(crate) mod at_nodes;
 pub(crate) mod back;
 pub(crate) mod components;
 pub(crate) mod eliminate;
@@ -29,7 +27,6 @@ pub(crate) mod horizon;
 pub(crate) mod hull;
 pub(crate) mod inductive;
 pub(crate) mod iterate;
-pub(crate) mod levelled;
 pub(crate) mod long_run;
 pub(crate) mod outer;
 pub(crate) mod pairs;
@@ -40,7 +37,6 @@ pub(crate) mod sides;
 pub(crate) mod solve;
 pub(crate) mod solved;
 pub(crate) mod strategy;
-pub(crate) mod total;
 pub(crate) mod turns;
 pub(crate) mod weighted;
 

@@ -133,7 +133,7 @@ impl Pairs {
             for choice in arena.choices.of(state) {
                 let earned = (0..).zip(objectives).map(|(at, own)| memory.earned(at, own.0, choice));
                 let mut gains: Vec<Ratio> = earned.collect();
-                for (to, weight) in arena.edges(choice) {
+                for (to, weight) in arena.outcomes(choice) {
                     let p = &arena.fractions.list()[weight as usize];
                     let (own, satisfied) = decided(objectives, to as usize);
                     let new = satisfied & !memory.decided;

@@ -4,25 +4,31 @@
 //! is better, so policies never get worse, never cycle, and keep leaving the component: an action that is merely as good
 //! is never taken. With fractions, the last policy is optimal, and its values are those of the component.
 //!
+//! In a game, the side that does not lead answers: its policy is improved until it is a best answer to that of the leading
+//! side, which is changed only then. A. Hoffman and R. Karp, "On nonterminating stochastic games" (1966). Since the leading
+//! side changes its policy only where that is better, it never gives the other side a way to stay in the component that is
+//! bad for it.
+//!
 //! With doubles, the values x of the last policy are near those of the component, without a claim. So the same equations
 //! are solved again with a margin m that each step gains or pays, some multiple of the rounding error, and one step that
 //! is rounded outwards confirms the solution:
 //!
 //! - If B(U) ≤ U for a finite U ≥ 0, the least solution is not above U.
-//! - If L ≤ B(L) for the actions of a policy that leaves the component almost surely, its values are not
-//!   below L: the difference would stay in the component. For least costs, L ≤ B(L) must hold for every
-//!   action; a policy that never leaves costs infinitely much.
+//! - If L ≤ B(L) for the actions of a policy of the leading side with which no path stays in the component forever without
+//!   a gain, and for all actions of the other side, the values are not below L. For costs until a target,
+//!   minimisers lead: the same holds for upper bounds, and L ≤ B(L) must hold for every action, since a policy that
+//!   never leaves costs infinitely much.
 //!
 //! The width is some 1e-14 times the greatest number of steps. Where components are left so rarely that this
 //! is wide, fractions are needed.
 
 use crate::equations::meter::{Meter, Stop, Turn};
-use crate::equations::system::Sense;
 use crate::solvers::eliminate::{self, Constant, Row};
 use crate::solvers::groups::{Entry, greatest};
 use crate::solvers::rows::{Found, Rows, TINY};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_model::Optimum;
 
 /// Changes of a policy of doubles after which it is not expected to settle, and sweeps that are worth one change.
 pub(crate) const ROUNDS: usize = 64;
@@ -64,7 +70,10 @@ impl<'r, N: Entry> Policies<'r, N> {
         };
         let known: Option<Vec<usize>> = seen.iter().enumerate().map(action).collect();
         let leaving = self.rows.leaving_policy(meter)?.ok_or(Stop::Never)?;
-        self.policy = known.filter(|known| known.len() == leaving.len()).unwrap_or(leaving);
+        self.policy = match known.filter(|known| known.len() == leaving.len()) {
+            Some(known) if self.rows.proceeds(&known, meter)? => known,
+            _ => leaving,
+        };
         Ok(())
     }
 
@@ -80,14 +89,21 @@ impl<'r, N: Entry> Policies<'r, N> {
         slack: impl Fn(&[N]) -> N,
         meter: &mut Meter<'_>,
     ) -> Turn<Vec<N>> {
+        self.improve_sides(&[false, true], constants, slack, meter)
+    }
+
+    /// Does the same for some sides: the leading one (true) is changed where the other one (false) is not.
+    fn improve_sides(
+        &mut self,
+        sides: &[bool],
+        constants: &[N],
+        slack: impl Fn(&[N]) -> N,
+        meter: &mut Meter<'_>,
+    ) -> Turn<Vec<N>> {
         for _ in 0..rounds::<N>() {
             let x = match self.evaluate(constants, meter) {
                 Err(Stop::Never) => {
-                    let leaving = self.rows.leaving_policy(meter)?.ok_or(Stop::Never)?;
-                    if self.policy == leaving {
-                        return Err(Stop::Never);
-                    }
-                    self.policy = leaving;
+                    self.policy = self.other_leaving(meter)?.ok_or(Stop::Never)?;
                     continue;
                 }
                 end => end?,
@@ -95,27 +111,48 @@ impl<'r, N: Entry> Policies<'r, N> {
             if !x.iter().all(N::is_finite) {
                 return Err(Stop::Never);
             }
-            let slack = slack(&x);
-            if !self.change(constants, x.clone(), &slack, meter)? {
+            let (slack, mut changed) = (slack(&x), false);
+            for &leads in sides {
+                changed = changed || self.change(leads, constants, x.clone(), &slack, meter)?;
+            }
+            if !changed {
                 return Ok(x);
             }
         }
         Err(Stop::Never)
     }
 
-    /// Replaces the actions of the policy with the values `x` by better ones, in some sweeps of value iteration; returns
-    /// whether there are any.
-    fn change(&mut self, constants: &[N], mut x: Vec<N>, slack: &N, meter: &mut Meter<'_>) -> Result<bool> {
+    /// Returns another policy that leaves the component, if there is one: with the same actions of the leading side, if
+    /// possible.
+    fn other_leaving(&self, meter: &mut Meter<'_>) -> Result<Option<Vec<usize>>> {
+        let same = self.rows.leaving_with(&self.policy, meter)?.filter(|other| *other != self.policy);
+        match same {
+            Some(other) => Ok(Some(other)),
+            None => Ok(self.rows.leaving_policy(meter)?.filter(|other| *other != self.policy)),
+        }
+    }
+
+    /// Replaces the actions of a side of the policy with the values `x` by better ones, in some sweeps of value iteration;
+    /// returns whether there are any.
+    fn change(
+        &mut self,
+        leads: bool,
+        constants: &[N],
+        mut x: Vec<N>,
+        slack: &N,
+        meter: &mut Meter<'_>,
+    ) -> Result<bool> {
         let (rows, before) = (self.rows, self.policy.clone());
+        let groups: Vec<usize> = (0..x.len()).filter(|&group| rows.leads(group) == leads).collect();
         for _ in 0..sweeps::<N>() {
             let mut settled = true;
-            for group in 0..x.len() {
+            for &group in &groups {
                 for action in rows.actions(group).filter(|_| rows.actions(group).len() > 1 || !N::EXACT) {
                     meter.step()?;
                     let q = rows.value(action, &constants[action], &x);
-                    let is_better = match rows.sense {
-                        Sense::Max => q > x[group].plus(slack),
-                        Sense::Min => x[group] > q.plus(slack),
+                    let is_better = match rows.optima[group] {
+                        Optimum::Max => q > x[group].plus(slack),
+                        Optimum::Min => x[group] > q.plus(slack),
                     };
                     if is_better {
                         (x[group], self.policy[group], settled) = (q, action, false);
@@ -127,6 +164,27 @@ impl<'r, N: Entry> Policies<'r, N> {
             }
         }
         Ok(self.policy != before)
+    }
+
+    /// Returns the values of the policy of the leading side against the best answers, for other constants of the actions.
+    fn answered(
+        &mut self,
+        constants: &[N],
+        slack: impl Fn(&[N]) -> N,
+        meter: &mut Meter<'_>,
+    ) -> Turn<Vec<N>> {
+        let policy = self.policy.clone();
+        let found = self.improve_sides(&[false], constants, slack, meter);
+        match self
+            .policy
+            .iter()
+            .enumerate()
+            .any(|(group, &own)| self.rows.leads(group) && own != policy[group])
+        {
+            // The policy did not leave the component.
+            true => Err(Stop::Never),
+            false => found,
+        }
     }
 
     /// Returns the values of the policy for some constants of the actions.
@@ -154,11 +212,14 @@ impl Policies<'_, Ratio> {
     /// Some group cannot leave the component, or gains without an end; more work is needed; a limit is reached.
     pub(crate) fn exact(&mut self, seen: &[u32], budget: usize, meter: &mut Meter<'_>) -> Turn<Found<Ratio>> {
         self.begin(seen, budget, meter)?;
-        // No policy is beyond the values on the side of the optimum.
-        let upper = self.rows.sense == Sense::Max;
+        // No policy of the leading side is beyond the values on the side of its optimum.
+        let upper = self.rows.leader == Optimum::Max;
         let [best, other] = [upper, !upper].map(|side| self.rows.constants(side));
         let x = self.improve(&best, Ratio::slack, meter)?;
-        let own = if best == other { x.clone() } else { self.evaluate(&other, meter)? };
+        if !self.rows.proceeds(&self.policy, meter)? {
+            return Err(Stop::Never);
+        }
+        let own = if best == other { x.clone() } else { self.answered(&other, Ratio::slack, meter)? };
         let (low, high) = if upper { (own, x) } else { (x, own) };
         Ok(Found { low, high, picks: self.picks() })
     }
@@ -174,14 +235,14 @@ impl Policies<'_, f64> {
             return Err(Stop::Never);
         }
         self.begin(seen, budget, meter)?;
-        let upper = self.rows.sense == Sense::Max;
+        let upper = self.rows.leader == Optimum::Max;
         let x = self.improve(&self.rows.constants(upper), f64::slack, meter)?;
         let mut margin = MARGIN * (self.rows.error * greatest(&x) + TINY);
         loop {
             let best = self.with_margin(upper, margin);
             let mut x = self.improve(&best, |_| margin / MARGIN, meter)?;
             let other = self.with_margin(!upper, margin);
-            let mut own = self.evaluate(&other, meter)?;
+            let mut own = self.answered(&other, |_| margin / MARGIN, meter)?;
             if !own.iter().all(Entry::is_finite) {
                 return Err(Stop::Never);
             }
@@ -201,10 +262,15 @@ impl Policies<'_, f64> {
         }
     }
 
-    /// Returns the bounds of the constants, moved outwards by a margin.
+    /// Returns the bounds of the constants, moved outwards by a margin. The upper bound of an action with one successor needs
+    /// none: where both sides can stay in the component, each step in it would have to be better than the one before.
     fn with_margin(&self, upper: bool, margin: f64) -> Vec<f64> {
         let by = if upper { margin } else { -margin };
-        self.rows.constants(upper).iter().map(|constant| constant + by).collect()
+        let moved = |(action, constant)| match upper && self.rows.copies(action) {
+            true => constant,
+            false => constant + by,
+        };
+        self.rows.constants(upper).into_iter().enumerate().map(moved).collect()
     }
 
     /// Replaces the values of the policy by those that its equations yield. Along the elimination, errors of rounding
@@ -223,15 +289,17 @@ impl Policies<'_, f64> {
     fn holds(&self, Found { low, high, .. }: &Found, meter: &mut Meter<'_>) -> Result<bool> {
         for (group, &action) in self.policy.iter().enumerate() {
             meter.step()?;
-            let lower = match self.rows.sense {
-                Sense::Max => self.rows.below(action, low),
-                Sense::Min => self.rows.best(group, false, low).0,
-            };
-            if lower < low[group] || self.rows.best(group, true, high).0 > high[group] {
+            // The leading side guarantees one of the bounds by its policy.
+            let own = |upper: bool| self.rows.leads(group) && upper != (self.rows.leader == Optimum::Max);
+            let lower =
+                if own(false) { self.rows.below(action, low) } else { self.rows.best(group, false, low).0 };
+            let upper =
+                if own(true) { self.rows.above(action, high) } else { self.rows.best(group, true, high).0 };
+            if lower < low[group] || upper > high[group] {
                 return Ok(false);
             }
         }
-        Ok(true)
+        self.rows.proceeds(&self.policy, meter)
     }
 }
 
@@ -254,8 +322,8 @@ mod tests {
     /// An action: its edges, and an exit with its value and probability.
     type Made = (Vec<(u32, f64)>, Option<(f64, f64)>);
 
-    fn sparse(sense: Sense, groups: &[Vec<Made>]) -> Rows<f64> {
-        let mut sparse = Rows::empty(sense);
+    fn sparse(optimum: Optimum, groups: &[Vec<Made>]) -> Rows<f64> {
+        let mut sparse = Rows::empty(optimum, vec![optimum; groups.len()]);
         (sparse.error, sparse.least) = (16.0 * f64::EPSILON, 0.5);
         for (group, actions) in (0..).zip(groups) {
             sparse.begin(group);
@@ -289,8 +357,8 @@ mod tests {
 
     #[test]
     fn bounds_are_narrow_where_all_actions_are_equally_good() {
-        for sense in [Sense::Max, Sense::Min] {
-            let fair = sparse(sense, &fair(300));
+        for optimum in [Optimum::Max, Optimum::Min] {
+            let fair = sparse(optimum, &fair(300));
             let found = solve(&fair).unwrap();
             for (i, (low, high)) in found.low.iter().zip(&found.high).enumerate() {
                 let value = (i + 1) as f64 / 301.0;
@@ -304,7 +372,7 @@ mod tests {
     fn a_component_that_is_hardly_left_has_no_narrow_bounds() {
         let rare = 2.0f64.powi(-40);
         let group = |i: u32| vec![(vec![((i + 1) % 50, 1.0 - rare)], Some((0.5, rare)))];
-        let ring = sparse(Sense::Max, &(0..50).map(group).collect::<Vec<_>>());
+        let ring = sparse(Optimum::Max, &(0..50).map(group).collect::<Vec<_>>());
         assert!(solve(&ring).is_none_or(|found| !ring.is_narrow(&found.low, &found.high)));
     }
 }

@@ -15,10 +15,11 @@ use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
-use crate::equations::system::{Sense, System};
+use crate::equations::system::System;
 use crate::solvers::groups::{Entry, Equation, Groups};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_model::Optimum;
 
 /// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
 const WIDE: f64 = 1e-7;
@@ -62,7 +63,12 @@ impl Found<Ratio> {
 /// A component in compressed rows.
 #[derive(Debug)]
 pub(crate) struct Rows<N> {
-    pub(crate) sense: Sense,
+    /// The extreme of the leading side; see [`crate::equations::system::Quantity::leader`].
+    pub(crate) leader: Optimum,
+    /// The extreme that each group looks for.
+    pub(crate) optima: Vec<Optimum>,
+    /// True if both sides together can stay in the component forever without any cost.
+    pub(crate) may_rest: bool,
     /// The actions of group g are `first[g]..first[g+1]`.
     first: Vec<u32>,
     /// The edges of action a are `start[a]..start[a+1]`.
@@ -95,9 +101,11 @@ pub(crate) struct Constant<N = f64> {
 
 impl<N: Entry> Rows<N> {
     /// Creates a component without groups.
-    pub(crate) fn empty(sense: Sense) -> Self {
+    pub(crate) fn empty(leader: Optimum, optima: Vec<Optimum>) -> Self {
         Rows {
-            sense,
+            leader,
+            optima,
+            may_rest: false,
             first: vec![0],
             start: vec![0],
             to: Vec::new(),
@@ -117,7 +125,9 @@ impl<N: Entry> Rows<N> {
         solution: &Solution<M>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {
-        let (mut rows, mut equation) = (Rows::empty(system.sense()), Equation::empty());
+        let mut rows = Rows::empty(system.quantity.leader(), groups.optima(system));
+        let mut equation = Equation::empty();
+        rows.may_rest = groups.may_rest;
         groups.visit(system, meter, |group, choice| {
             rows.begin(group);
             groups.write::<M, N>(system, group, choice, solution, &mut equation);
@@ -186,6 +196,18 @@ impl<N: Entry> Rows<N> {
         self.first.len() - 1
     }
 
+    /// Returns whether a group looks for the greatest value.
+    #[inline]
+    pub(crate) fn is_max(&self, group: usize) -> bool {
+        self.optima[group] == Optimum::Max
+    }
+
+    /// Returns whether a group is one of the leading side.
+    #[inline]
+    pub(crate) fn leads(&self, group: usize) -> bool {
+        self.optima[group] == self.leader
+    }
+
     /// Returns the actions of a group.
     pub(crate) fn actions(&self, group: usize) -> Range<usize> {
         self.first[group] as usize..self.first[group + 1] as usize
@@ -215,13 +237,70 @@ impl<N: Entry> Rows<N> {
         self.row(action).fold(constant.clone(), |sum, (to, p)| sum.plus(&p.times(&x[to as usize])))
     }
 
-    /// Returns an action of each group, so that the component is left almost surely: each leads out, or to a group that
-    /// got its action before. `None` if there are no such actions. Cost: some sweeps, each over the groups that are
-    /// left, by turns in both directions.
+    /// Returns a policy with which each path leaves the component almost surely, and one of the leading side proceeds,
+    /// whatever the other side does; see [`Rows::proceeds`]. `None` if there is none. Cost: some sweeps.
     ///
     /// # Errors
     /// The work is cancelled.
     pub(crate) fn leaving_policy(&self, meter: &mut Meter<'_>) -> Result<Option<Vec<usize>>> {
+        match self.proceeding(None, meter)? {
+            Some(policy) => self.leaving_with(&policy, meter),
+            None => Ok(None),
+        }
+    }
+
+    /// Completes a policy of the leading side to one with which the component is left almost surely.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(crate) fn leaving_with(&self, policy: &[usize], meter: &mut Meter<'_>) -> Result<Option<Vec<usize>>> {
+        self.attracted(meter, |group, reached| {
+            let leaves = |&action: &usize| self.enters(action, reached);
+            match self.leads(group) {
+                true => Some(policy[group]).filter(leaves),
+                false => self.actions(group).find(leaves),
+            }
+        })
+    }
+
+    /// Returns whether a policy of the leading side proceeds, whatever the other side does: no path stays in the component
+    /// forever, except that it may then gain forever if the leading side wants the greatest value.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(crate) fn proceeds(&self, policy: &[usize], meter: &mut Meter<'_>) -> Result<bool> {
+        Ok(self.proceeding(Some(policy), meter)?.is_some())
+    }
+
+    /// Returns a policy that proceeds, by actions that are given if some are; see [`Rows::proceeds`].
+    fn proceeding(&self, given: Option<&[usize]>, meter: &mut Meter<'_>) -> Result<Option<Vec<usize>>> {
+        self.attracted(meter, |group, reached| {
+            let proceeds = |&action: &usize| {
+                let gains = self.leader == Optimum::Max && !self.constant(action).low.is_zero();
+                gains || self.enters(action, reached)
+            };
+            let mut actions = self.actions(group);
+            match (self.leads(group), given) {
+                (true, None) => actions.find(proceeds),
+                (true, Some(given)) => Some(given[group]).filter(proceeds),
+                (false, _) => actions.clone().next().filter(|_| actions.all(|action| proceeds(&action))),
+            }
+        })
+    }
+
+    /// Returns whether an action leaves the component, or enters a group with an action, with positive probability.
+    fn enters(&self, action: usize, reached: &[usize]) -> bool {
+        !self.constant(action).escape.is_zero()
+            || self.row(action).any(|(to, _)| reached[to as usize] != usize::MAX)
+    }
+
+    /// Gives each group the action that `find` returns for the groups with actions so far; `None` if some get none. Sweeps
+    /// go over the groups that are left, by turns in both directions.
+    fn attracted(
+        &self,
+        meter: &mut Meter<'_>,
+        find: impl Fn(usize, &[usize]) -> Option<usize>,
+    ) -> Result<Option<Vec<usize>>> {
         let mut policy = vec![usize::MAX; self.groups()];
         let mut open: Vec<u32> = (0..self.groups() as u32).collect();
         while !open.is_empty() {
@@ -231,13 +310,9 @@ impl<N: Entry> Rows<N> {
                 if end.is_ok() {
                     end = meter.step();
                 }
-                let leaves = |&action: &usize| {
-                    !self.constant(action).escape.is_zero()
-                        || self.row(action).any(|(to, _)| policy[to as usize] != usize::MAX)
-                };
-                let found = self.actions(group as usize).find(leaves);
+                let found = find(group as usize, &policy);
                 policy[group as usize] = found.unwrap_or(usize::MAX);
-                policy[group as usize] == usize::MAX
+                found.is_none()
             });
             end?;
             if open.len() == before {
@@ -256,6 +331,12 @@ impl Rows<f64> {
         low.iter().zip(high).all(|(low, high)| high - low <= most(*low))
     }
 
+    /// Returns whether the value of an action is that of the one group that it enters, without any rounding.
+    pub(crate) fn copies(&self, action: usize) -> bool {
+        let Constant { high, most, escape, .. } = self.constants[action];
+        self.start[action + 1] - self.start[action] == 1 && [high, most, escape] == [0.0; 3]
+    }
+
     /// Returns a lower bound of c + Σ p · x of an action.
     #[inline]
     pub(crate) fn below(&self, action: usize, x: &[f64]) -> f64 {
@@ -264,7 +345,7 @@ impl Rows<f64> {
 
     /// Returns an upper bound of c + Σ p · x of an action.
     #[inline]
-    fn above(&self, action: usize, x: &[f64]) -> f64 {
+    pub(crate) fn above(&self, action: usize, x: &[f64]) -> f64 {
         let &Constant { high, most, .. } = &self.constants[action];
         let (mut sum, mut greatest) = (high, most);
         for (to, p) in self.row(action) {
@@ -278,7 +359,7 @@ impl Rows<f64> {
     /// Returns a lower or upper bound of the optimum of a group, and the action that attains it.
     #[inline]
     pub(crate) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
-        let greatest = self.sense == Sense::Max;
+        let greatest = self.is_max(group);
         let mut best = (if greatest { 0.0 } else { f64::INFINITY }, self.first[group] as usize);
         for action in self.actions(group) {
             let q = match upper {

@@ -8,27 +8,29 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::graph::{Graph, LOST, NONE};
+use crate::equations::game_graph::LOST;
+use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::{Interval, Number};
 use crate::equations::solution::Solution;
-use crate::equations::system::{End, Quantity, Sense, System};
+use crate::equations::system::{End, Quantity, System};
 use crate::solvers::components::{self, Components, Successors};
 use crate::solvers::groups::Groups;
 use crate::solvers::policies::Policies;
 use crate::solvers::rows::{Found, Rows};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
+use meliora_model::Optimum;
 
-/// Solves the equations of a graph. Returns the solution, and an error if a limit was reached.
+/// Solves the equations of a graph, with the solution of the level below and the fractions of the graph. Returns the
+/// solution, as far as it is known, and an error if a limit was reached.
 pub(crate) fn solved<N: Number>(
     graph: &Graph,
     quantity: Quantity,
-    below: Option<&Solution<N>>,
+    (below, fractions): (Option<&Solution<N>>, &[N]),
     meter: &mut Meter<'_>,
 ) -> Result<(Solution<N>, Result<()>)> {
-    let fractions: Vec<N> = graph.fractions().iter().map(N::of).collect();
-    let system = System::new(graph, quantity, below, &fractions);
+    let system = System::new(graph, quantity, below, fractions);
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);
     Ok((solution, end))
@@ -44,9 +46,9 @@ impl<N: Number> System<'_, N> {
         if !solution.has_equations() {
             return Ok(());
         }
-        let nodes = self.graph.nodes();
+        let nodes = self.game.states();
         let scratch = nodes * 3 * size_of::<u32>();
-        let search = nodes * components::SEARCH + self.graph.edges_in_all() / 8;
+        let search = nodes * components::SEARCH + self.game.edges_in_all() / 8;
         meter.take(search)?;
         let found = self.components();
         meter.release(search - scratch);
@@ -103,36 +105,34 @@ impl<N: Number> System<'_, N> {
     /// Returns the strongly connected components of the open nodes and of those that they reach; each
     /// comes after those that it reaches.
     pub(crate) fn components(&self) -> Components {
-        let (graph, counted) = (self.graph, self.quantity == Quantity::Number);
-        let open = || (0..graph.nodes() as u32).filter(|&node| self.is_open(node));
-        let mut followed = BitVec::<usize>::repeat(false, graph.edges_in_all());
-        let followed_of = |node: u32| graph.choices(node).filter(move |&choice| self.follows(node, choice));
-        for choice in open().flat_map(followed_of) {
-            for (position, edge) in (graph.choices.start[choice as usize] as usize..).zip(graph.edges(choice))
-            {
-                let follows = edge.to != LOST && (!edge.counts() || counted) && self.is_open(edge.to);
-                followed.set(position, follows);
-            }
+        let (game, counted) = (self.game, self.quantity == Quantity::Number);
+        let open = || (0..game.states() as u32).filter(|&node| self.is_open(node));
+        let mut followed = BitVec::<usize>::repeat(false, game.edges_in_all());
+        let followed_of = |node: u32| game.choices(node).filter(move |&choice| self.follows(node, choice));
+        for position in open().flat_map(followed_of).flat_map(|choice| game.positions(choice..choice + 1)) {
+            let edge = game.edge(position);
+            let follows = edge.to != LOST && (!edge.counts() || counted) && self.is_open(edge.to);
+            followed.set(position as usize, follows);
         }
-        let positions = |node: u32| graph.edges_of(node);
-        let at = |position: u32| followed[position as usize].then(|| graph.choices.to[position as usize]);
-        components::components(&Successors { nodes: graph.nodes(), positions, at }, open())
+        let positions = |node: u32| game.edges_of(node);
+        let at = |position: u32| followed[position as usize].then(|| game.choices.to[position as usize]);
+        components::components(&Successors { nodes: game.states(), positions, at }, open())
     }
 
     /// Solves the equation of a node that is a component of its own.
     fn single(&self, node: u32, solution: &mut Solution<N>) -> Result<()> {
-        let mut best: Option<(N, N, u32)> = None;
-        for choice in self.graph.choices(node) {
+        let (mut best, optimum): (Option<(N, N, u32)>, _) = (None, self.optimum(node));
+        for choice in self.game.choices(node) {
             let Some(q) = self.alone(choice, solution) else { continue };
             let (low, high) = (q.low(), q.high());
             best = Some(match best {
                 None => (low, high, choice),
-                Some((a, b, pick)) => match self.sense() {
-                    Sense::Max => {
+                Some((a, b, pick)) => match optimum {
+                    Optimum::Max => {
                         let pick = if low.exceeds(&a) { choice } else { pick };
                         (a.or_greater(low), b.or_greater(high), pick)
                     }
-                    Sense::Min => {
+                    Optimum::Min => {
                         let pick = if b.exceeds(&high) { choice } else { pick };
                         (a.or_smaller(low), b.or_smaller(high), pick)
                     }
@@ -154,15 +154,18 @@ impl<N: Number> System<'_, N> {
         if !self.permits(choice) {
             return None;
         }
-        let (mut sum, mut leaving, mut whole) = (self.own_constant(choice), N::zero(), true);
-        for edge in self.graph.edges(choice) {
+        let (mut sum, mut leaving, mut whole) =
+            (self.gain(choice).cloned().unwrap_or_else(N::zero), N::zero(), true);
+        for edge in self.game.edges(choice) {
             let p = &self.fractions[edge.probability() as usize];
             if self.bonus(edge) {
                 sum = sum.plus(p);
             }
             match self.end(edge, solution) {
                 End::Known(value) => {
-                    sum = sum.plus(&p.times(&value));
+                    if let Some(value) = value {
+                        sum = sum.plus(&p.times(value));
+                    }
                     leaving = leaving.plus(p);
                 }
                 End::Open(_) => whole = false,

@@ -2,11 +2,14 @@
 
 use bitvec::vec::BitVec;
 
+use crate::equations::game_graph::{Goal, LOST};
 use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
 use crate::equations::solution::Solution;
-use crate::equations::system::{Quantity, System};
+use crate::equations::system::{Quantity, Sets, System};
+use crate::solvers::sides::Sides;
+use crate::solvers::solve::solved;
 use meliora_base::error::Result;
 
 /// The solutions so far.
@@ -35,7 +38,8 @@ impl<N: Number> Solved<N> {
         }
     }
 
-    /// Solves the systems of all levels, and that of the expected numbers.
+    /// Solves the systems of all levels, and that of the expected numbers. In a game, we maximise P_k and N and minimise
+    /// C_k, and the opponent does the contrary.
     ///
     /// # Errors
     /// A limit is reached; the solutions before it are kept.
@@ -43,14 +47,45 @@ impl<N: Number> Solved<N> {
         meter.take(graph.fractions().len() * N::BYTES)?;
         self.fractions = graph.fractions().iter().map(N::of).collect();
         for k in 1..=levels as u32 {
-            next(graph, &self.fractions, Quantity::Probability(k), &mut self.probability, meter)?;
+            let below = self.probability.last();
+            let (solution, end) = solved(graph, Quantity::Probability(k), (below, &self.fractions), meter)?;
+            self.probability.push(solution);
+            end?;
         }
         for k in 1..=levels as u32 {
-            next(graph, &self.fractions, Quantity::Cost(k), &mut self.cost, meter)?;
+            let below = self.cost.last();
+            let (solution, end) = solved(graph, Quantity::Cost(k), (below, &self.fractions), meter)?;
+            self.cost.push(solution);
+            end?;
+        }
+        if graph.theirs.is_some() {
+            return self.run_number_of_game(graph, meter);
         }
         let below = self.probability.first();
-        let (number, end) = solution(graph, &self.fractions, Quantity::Number, below, meter)?;
+        let (number, end) = solved(graph, Quantity::Number, (below, &self.fractions), meter)?;
         self.number = Some(number);
+        end
+    }
+
+    /// Solves the equations of the expected numbers of improvements of a game: an opponent may let us improve without end.
+    fn run_number_of_game(&mut self, graph: &Graph, meter: &mut Meter<'_>) -> Result<()> {
+        let nodes = 0..graph.nodes() as u32;
+        meter.take(graph.choices.bytes())?;
+        self.endless = endless(graph, meter)?;
+        meter.release(graph.choices.bytes());
+        let is_endless = |node: u32| node != LOST && self.endless[node as usize];
+        let is_open = |node: u32| graph.rank(node).positive > 0 && !is_endless(node);
+        let stays = |choice: u32| !graph.edges(choice).any(|edge| is_endless(edge.to));
+        let sets = Sets {
+            open: nodes.map(is_open).collect(),
+            ones: BitVec::repeat(false, graph.nodes()),
+            permitted: (0..graph.choices_in_all() as u32).map(stays).collect(),
+        };
+        let asked = (Quantity::Number, Goal::against(Quantity::Number.leader()));
+        let system = System::of_sets((graph, &sets), asked, None, &self.fractions);
+        let mut solution = system.start(meter)?;
+        let end = system.solve(&mut solution, meter);
+        self.number = Some(solution);
         end
     }
 
@@ -94,29 +129,18 @@ impl<N: Number> Solved<N> {
     }
 }
 
-/// Solves the next system of a list.
-fn next<N: Number>(
-    graph: &Graph,
-    fractions: &[N],
-    quantity: Quantity,
-    solutions: &mut Vec<Solution<N>>,
-    meter: &mut Meter<'_>,
-) -> Result<()> {
-    let (solution, end) = solution(graph, fractions, quantity, solutions.last(), meter)?;
-    solutions.push(solution);
-    end
-}
-
-/// Solves a system; returns the known part of its solution, and an error if a limit was reached.
-fn solution<N: Number>(
-    graph: &Graph,
-    fractions: &[N],
-    quantity: Quantity,
-    below: Option<&Solution<N>>,
-    meter: &mut Meter<'_>,
-) -> Result<(Solution<N>, Result<()>)> {
-    let system = System::new(graph, quantity, below, fractions);
-    let mut solution = system.start(meter)?;
-    let end = system.solve(&mut solution, meter);
-    Ok((solution, end))
+/// Returns the nodes of a game from which we improve without end with positive probability, whatever the opponent does.
+fn endless(graph: &Graph, meter: &mut Meter<'_>) -> Result<BitVec> {
+    let (nodes, mut choices) = (graph.nodes(), graph.choices.clone());
+    // A node without choices is where paths are lost.
+    choices.to.iter_mut().filter(|to| **to == LOST).for_each(|to| *to = nodes as u32);
+    choices.first.extend(choices.first.last().copied());
+    let counts = |choice: u32| graph.edges(choice).any(|edge| edge.counts());
+    let counting = (0..graph.choices_in_all() as u32).map(counts).collect();
+    let allowed = BitVec::repeat(true, graph.choices_in_all());
+    let mut left: BitVec = (0..nodes as u32).map(|node| graph.rank(node).positive > 0).collect();
+    let mut ours: BitVec = (0..nodes as u32).map(|node| !graph.is_theirs(node)).collect();
+    left.push(false);
+    ours.push(true);
+    Sides::new(&choices, &ours, &allowed, meter)?.recurring(&counting, &left, meter)
 }

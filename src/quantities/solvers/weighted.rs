@@ -22,7 +22,6 @@ use super::strategy::{self, Node};
 use crate::equations::arena::Arena;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::Weight;
-use crate::equations::system::Sense;
 
 /// The groups and their actions. An action without edges stops.
 pub(crate) struct Weighted {
@@ -132,7 +131,8 @@ impl Weighted {
 
     /// Returns the rows of the actions, and their gains.
     fn rows<N: Entry>(&self, numbers: &[N]) -> (Rows<N>, Vec<Vec<N>>) {
-        let (mut rows, mut gains) = (Rows::empty(Sense::Max), Vec::new());
+        let (mut rows, mut gains) =
+            (Rows::empty(Optimum::Max, vec![Optimum::Max; self.groups.len()]), Vec::new());
         for (group, actions) in (0..).zip(&self.groups) {
             rows.begin(group);
             for action in actions {

@@ -141,8 +141,9 @@ impl<E: Engine> Evaluator<'_, '_, E> {
 
     pub(super) fn long_run(&self, asked: &Operator<'_, E::States>, states: &Term) -> Result<Vec<Number>> {
         let states = self.states(states, &self.engine.all_states())?;
+        let goal = goal(asked.measured.optimum, self.engine.is_game());
         self.in_arena(asked, |arena, engine| {
-            vector::long_run(arena, &arena.members(engine, &states)?, asked.precision)
+            vector::long_run(arena, &arena.members(engine, &states)?, goal, asked.precision)
         })
     }
 

@@ -122,6 +122,11 @@ impl Made {
         max.iter().map(least).reduce(|x, y| join(x, y, true)).unwrap()
     }
 
+    /// Returns the averages over the long run.
+    fn averages(&self, goal: Goal) -> Vec<Option<Ratio>> {
+        self.value(goal, &|pure| self.average(pure).into_iter().map(Some).collect())
+    }
+
     fn row(&self, s: usize, pure: &Pure) -> Vec<Ratio> {
         let mut row = vec![Ratio::zero(); self.states()];
         let edges = &self.choices[s][pure[s]].1;
@@ -379,9 +384,12 @@ impl Asked<'_> {
         self.check("C", &ask(Accumulation::Total), &made.value(*goal, &|pure| made.total(pure)));
         let expected = made.value(*goal, &|pure| made.total_until(pure, target));
         self.check("Fc", &ask(Accumulation::Anyway(bits(target))), &expected);
-        if made.choices.iter().all(|choices| choices.len() == 1) {
-            let average = made.average(&vec![0; made.states()]);
-            self.check("S", &ask(Accumulation::LongRun), &average.into_iter().map(Some).collect::<Vec<_>>());
+        let differs = |s: usize| made.theirs[s] && made.choices[s].len() > 1;
+        if goal.ours != goal.theirs && (0..made.states()).any(differs) {
+            let refused = reward(arena, &rewards, &Accumulation::LongRun, *goal, *precision);
+            assert!(refused.is_err_and(|error| error.to_string().contains("against an opponent")));
+        } else {
+            self.check("S", &ask(Accumulation::LongRun), &made.averages(*goal));
         }
     }
 }
@@ -405,11 +413,11 @@ fn asked(
         asked.probabilities(&target, &left);
         asked.rewards(&target);
     }
-    if made.choices.iter().all(|choices| choices.len() == 1) {
+    for goal in optimum.map(Goal::all) {
         let only =
             Made { of_state: target.iter().map(|&inside| inside.into()).collect(), ..made.without_gains() };
-        let average: Vec<_> = only.average(&vec![0; made.states()]).into_iter().map(Some).collect();
-        check(what, &long_run(arena, &bits(&target), precision).unwrap(), &average, precision == 0.0);
+        let found = long_run(arena, &bits(&target), goal, precision).unwrap();
+        check(&format!("{what} {goal:?} S"), &found, &only.averages(goal), precision == 0.0);
     }
 }
 

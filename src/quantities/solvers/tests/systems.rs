@@ -6,7 +6,8 @@ use bitvec::vec::BitVec;
 use num_traits::FromPrimitive;
 
 use crate::answers::ties::{self, Solutions};
-use crate::equations::graph::{Edge, Graph, LOST, Rank};
+use crate::equations::game_graph::{Edge, LOST};
+use crate::equations::graph::{Graph, Rank};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
@@ -101,6 +102,7 @@ fn fill(graph: &mut Graph, rows: &Rows, counts: fn(&Rows, u32, u32) -> bool, met
         }
         graph.end(node, meter).unwrap();
     }
+    graph.finish();
 }
 
 fn solved<N: Number>(
