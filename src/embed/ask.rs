@@ -25,7 +25,7 @@ pub enum Properties<'a> {
     Texts(&'a [&'a str]),
     /// The same, where one that cannot be read has a reason, as in a file.
     Each(&'a [&'a str]),
-    /// Those of a property file in PRISM's language, with values for its constants: `K=4`, or the empty text.
+    /// All of a property file in PRISM's language, with values for its constants: `K=4`, or the empty text.
     File(&'a Arc<SourceFile>, &'a str),
     /// All that the model names.
     Named,

@@ -197,7 +197,7 @@ fn explicit_files_of_storm_have_their_kind_in_the_first_line() {
         info(&[("m.tra", text)]).expect(3).says(message);
     }
     let labels = ("m.lab", "#DECLARATION\ninit goal\n#END\n0 init away\n");
-    info(&[dtmc, labels]).expect(3).says("there is no label away");
+    info(&[dtmc, labels]).expect(3).says("the label away is not in the first line");
 }
 
 #[test]

@@ -374,7 +374,7 @@ fn read_labels(part: &Part<'_>, table: &mut Table, poll: &mut Poll<'_>) -> Resul
             };
             match labels.get_mut(at) {
                 Some((_, states)) => states.push(state),
-                None => return Err(line.wrong(format!("there is no label {label}"))),
+                None => return Err(line.wrong(format!("the label {label} is not in the first line"))),
             }
         }
     }
