@@ -262,11 +262,12 @@ impl Policies<'_, f64> {
         }
     }
 
-    /// Returns the bounds of the constants, moved outwards by a margin. The upper bound of an action with one successor needs
-    /// none: where both sides can stay in the component, each step in it would have to be better than the one before.
+    /// Returns the bounds of the constants, moved outwards by a margin. In a component of both sides, the upper bound of an
+    /// action with one successor needs none: where both can stay, each step would have to be better than the one before.
     fn with_margin(&self, upper: bool, margin: f64) -> Vec<f64> {
         let by = if upper { margin } else { -margin };
-        let moved = |(action, constant)| match upper && self.rows.copies(action) {
+        let spares_copies = upper && self.rows.is_mixed();
+        let moved = |(action, constant)| match spares_copies && self.rows.copies(action) {
             true => constant,
             false => constant + by,
         };

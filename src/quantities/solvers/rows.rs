@@ -202,6 +202,11 @@ impl<N: Entry> Rows<N> {
         self.optima[group] == Optimum::Max
     }
 
+    /// Returns whether groups look for different extremes.
+    pub(crate) fn is_mixed(&self) -> bool {
+        self.optima.iter().any(|optimum| *optimum != self.optima[0])
+    }
+
     /// Returns whether a group is one of the leading side.
     #[inline]
     pub(crate) fn leads(&self, group: usize) -> bool {
