@@ -44,7 +44,7 @@ pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
 pub use order::{Bit, Order};
-pub(crate) use order::{Ordered, candidates};
+pub(crate) use order::{Ordered, candidates, large_first};
 pub use pick::Listing;
 pub use sizes::DiagramSizes;
 pub use store::thresholds::{Thresholds, Ways};
