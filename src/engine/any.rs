@@ -249,6 +249,7 @@ impl Engine for AnyEngine {
         can_choose(c: AnyChoices) -> AnyStates;
         cannot_choose(x: AnyStates, c: AnyChoices) -> AnyStates;
         pre(c: AnyChoices, x: AnyStates) -> AnyChoices;
+        can_enter(c: AnyChoices, x: AnyStates) -> AnyStates;
         pre_within(c: AnyChoices, y: AnyStates) -> AnyChoices;
         post(c: AnyChoices) -> AnyStates;
         count_model_states(x: AnyStates) -> Option<Count>;

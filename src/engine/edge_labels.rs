@@ -190,6 +190,9 @@ pub(super) fn almost_surely_win<E: Engine>(
     start: Region<E::States, E::Choices>,
     edge_labels: &[EdgeLabels<E::States>],
 ) -> Result<Region<E::States, E::Choices>> {
+    if let Some(target) = target(engine, edge_labels)? {
+        return almost_surely_enter(engine, start, target);
+    }
     let winning = winning(engine, &start.choices, edge_labels)?;
     let within = start.choices.clone();
     let mut left = start;
@@ -203,6 +206,63 @@ pub(super) fn almost_surely_win<E: Engine>(
         }
         left = engine.remove_attractor(left, &within, &engine.no_states(), edge_labels, lost)?;
     }
+}
+
+/// Returns the only target of all edges, if they are goal edges into it or plain: then a game on edges is one on states.
+fn target<'l, E: Engine>(
+    engine: &E,
+    edge_labels: &'l [EdgeLabels<E::States>],
+) -> Result<Option<&'l E::States>> {
+    Ok(match edge_labels {
+        [all]
+            if !engine.is_empty(&all.from)? && all.barred.is_empty() && engine.is_empty(&all.dropped)? =>
+        {
+            Some(&all.goal)
+        }
+        _ => None,
+    })
+}
+
+/// Implements [`Engine::almost_surely_win`] if all edges into T are goal edges and no edge is dropped: T is reached
+/// almost surely. A state of T itself wins if it has a choice that stays and has an edge.
+fn almost_surely_enter<E: Engine>(
+    engine: &E,
+    start: Region<E::States, E::Choices>,
+    target: &E::States,
+) -> Result<Region<E::States, E::Choices>> {
+    let within = start.choices.clone();
+    let mut left = Region { states: engine.union(&start.states, target)?, ..start };
+    loop {
+        let reaching = engine.can_reach(target, &left.choices, &[])?;
+        let lost = engine.difference(&left.states, &reaching)?;
+        left.states = engine.intersection(&left.states, &reaching)?;
+        if engine.is_empty(&lost)? {
+            let ahead = engine.difference(&left.states, target)?;
+            let again = engine.can_enter(&engine.choices_in(&left.choices, target)?, &left.states)?;
+            let states = engine.union(&ahead, &again)?;
+            return Ok(Region { choices: engine.choices_in(&left.choices, &states)?, states });
+        }
+        left = engine.remove_attractor(left, &within, target, &[], lost)?;
+    }
+}
+
+/// Computes μX. { s : we can choose a pair of C with a goal edge, or with an edge into X that is not dropped }.
+///
+/// Cost: that of [`Engine::can_reach`], and one pre-image per distinct goal set; of the goal alone if there is one.
+///
+/// # Errors
+/// A limit of the engine is reached.
+pub fn possibly_win<E: Engine>(
+    engine: &E,
+    within: &E::Choices,
+    edge_labels: &[EdgeLabels<E::States>],
+) -> Result<E::States> {
+    let Some(target) = target(engine, edge_labels)? else {
+        return engine.can_win(&winning(engine, within, edge_labels)?, within, edge_labels);
+    };
+    let reaching = engine.can_reach(target, within, &[])?;
+    let again = engine.can_enter(&engine.choices_in(within, target)?, &reaching)?;
+    engine.union(&engine.difference(&reaching, target)?, &again)
 }
 
 /// The remaining game, and the states that are lost.

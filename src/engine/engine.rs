@@ -180,6 +180,10 @@ pub trait Engine:
 
     /// Returns { (s,a) ∈ C : succ(s,a) ∩ X ≠ ∅ }.
     fn pre(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::Choices>;
+    /// Computes [`Engine::can_choose`] of [`Engine::pre`] of C and X.
+    fn can_enter(&self, c: &Self::Choices, x: &Self::States) -> Result<Self::States> {
+        self.can_choose(&self.pre(c, x)?)
+    }
     /// Returns { (s,a) ∈ C : succ(s,a) ⊆ Y }.
     fn pre_within(&self, c: &Self::Choices, y: &Self::States) -> Result<Self::Choices> {
         let outside = self.difference(&self.all_states(), y)?;

@@ -3,7 +3,8 @@
 //! The threads take turns, counted in steps of diagrams. As many of them run at once as the caller allows; with one, every
 //! run takes the same turns. A way that waits keeps its results so far. The first way has the first steps alone, and the
 //! second one a turn after these. The way that is the first to know all states leads from then on: it is the likeliest to
-//! be the first to end. So it has a multiple of its steps so far alone, and half of all steps after these.
+//! be the first to end. So it has a multiple of its steps so far alone, and half of all steps after these. If it knows in
+//! how many steps the first way is likely to end, it has at most as many alone, and the first way the next ones.
 
 #[cfg(test)]
 mod tests;
@@ -73,6 +74,8 @@ struct State {
     ways: Vec<Way>,
     /// The way that was the first to know all states, and its steps at the end of those that it has alone.
     leader: Option<(usize, u64)>,
+    /// The steps in which the first way is likely to end, if the leader knows them.
+    likely: Option<u64>,
 }
 
 struct Way {
@@ -132,27 +135,32 @@ impl State {
         }
         let leader = self.leader.filter(|&(way, _)| self.is_open(way));
         let first = [(0, self.rules.alone), (1, self.rules.turn)].into_iter().take(self.ways.len());
-        let alone = |&(way, until): &(usize, u64)| self.is_open(way) && self.ways[way].spent < until;
-        if let Some((way, until)) = leader.into_iter().chain(first.filter(|_| leader.is_none())).find(alone) {
+        let has_steps = |&(way, until): &(usize, u64)| self.is_open(way) && self.ways[way].spent < until;
+        let alone = leader.into_iter().chain(first.filter(|_| leader.is_none())).find(has_steps);
+        if let Some((way, until)) = alone {
             return self.waits(way).then_some((way, until));
         }
         let turn = |way: usize| (way, self.ways[way].spent + self.rules.turn);
         // On several cores the leader always has one.
         let waits = leader.map(|(way, _)| way).filter(|&way| self.rules.threads > 1 && self.waits(way));
+        let likely = leader.and(self.likely).map(|until| (0, until)).filter(has_steps);
+        let likely = likely.filter(|_| self.waits(0));
         let open = (0..self.ways.len()).filter(|&way| self.waits(way));
-        waits.or_else(|| open.min_by_key(|&way| self.ways[way].time())).map(turn)
+        let least = open.min_by_key(|&way| self.ways[way].time());
+        waits.map(turn).or(likely).or(least.map(turn))
     }
 
     /// Lets a way lead that knows all states, unless another one does. Returns its steps at the end of those alone.
-    fn lead(&mut self, way: usize) -> Option<u64> {
+    fn lead(&mut self, way: usize, likely: Option<u64>) -> Option<u64> {
         // The results of a leader that has the answer are not replaced before it is taken.
         if self.leader.is_some_and(|(leader, _)| self.is_open(leader) || self.ways[leader].has_answer) {
             return None;
         }
         let spent = self.ways[way].spent;
         let Rules { turn, lead, .. } = self.rules;
-        let until = spent.saturating_add(spent.saturating_mul(lead).max(turn));
-        self.leader = Some((way, until));
+        let alone = spent.saturating_mul(lead).min(likely.unwrap_or(u64::MAX));
+        let until = spent.saturating_add(alone.max(turn));
+        (self.leader, self.likely) = (Some((way, until)), likely);
         let others = (0..self.ways.len()).filter(|&other| other != way && self.is_open(other));
         let others = Vec::from_iter(others);
         self.ways[way].weight = (others.len() as u64).max(1);
@@ -173,11 +181,17 @@ impl Way {
 }
 
 impl Lane {
-    /// Notes that this way knows all states. The first one leads from now on.
-    pub(crate) fn knows_all_states(&self) -> Place {
+    /// Returns the steps that this way has alone if it knows all states now, and is the first.
+    pub(crate) fn alone(&self) -> u64 {
+        self.spent.load(Relaxed).saturating_mul(lock(&self.race.state).rules.lead)
+    }
+
+    /// Notes that this way knows all states, and the steps in which the first way is likely to end. The first one to know
+    /// them leads from now on.
+    pub(crate) fn knows_all_states(&self, likely: Option<u64>) -> Place {
         let mut state = lock(&self.race.state);
         state.ways[self.way].spent = self.spent.load(Relaxed);
-        let until = state.lead(self.way);
+        let until = state.lead(self.way, likely);
         until.iter().for_each(|&until| self.until.store(until, Relaxed));
         let is_alone =
             (0..state.ways.len()).all(|way| way == self.way || state.ways[way].phase == Phase::New);
@@ -256,7 +270,7 @@ pub(crate) fn race<T: Send>(
     run: Run<'_, T>,
 ) -> Result<T> {
     let way = |&weight: &u64| Way { phase: Phase::New, has_answer: false, weight, spent: 0, missed: 0 };
-    let state = State { rules, ways: weights.iter().map(way).collect(), leader: None };
+    let state = State { rules, ways: weights.iter().map(way).collect(), leader: None, likely: None };
     let race = Race { state: Mutex::new(state), changed: Condvar::new(), winner: AtomicUsize::new(OPEN) };
     let race = Arc::new(race);
     let lane = |way: usize, is_last: bool| {

@@ -7,7 +7,7 @@ use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Guided};
 use super::race::{Lane, Place, Rules, race};
 use super::settings::{STEPS_PER_WORK, Scope, Settings, Storage};
-use super::symbolic::{Order, Ordered, SymbolicEngine, candidates};
+use super::symbolic::{Order, Ordered, SymbolicEngine, candidates, large_first};
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
@@ -126,7 +126,7 @@ impl SymbolicEngine {
         if settings.order != Order::Auto {
             return SymbolicEngine::new(program, settings);
         }
-        let ways = Vec::from_iter(candidates(&program, false).into_iter().map(Way::Symbolic));
+        let ways = Vec::from_iter(candidates(&program).into_iter().map(Way::Symbolic));
         let taken = |_: &Racer, engine: AnyEngine| {
             engine.symbolic().map(|engine| SymbolicEngine::clone(engine)).ok_or(Error::ForeignSet)
         };
@@ -143,16 +143,13 @@ impl<'q, T> Question<'q, T> {
     /// Returns the ways, those that are likelier to be the first to end before others.
     fn ways(&self, program: &Program, scope: Scope) -> Vec<Way> {
         let is_early = scope == Scope::Reachable;
-        let mut symbolic = candidates(program, false).into_iter().map(Way::Symbolic);
-        let backward = self.everywhere.filter(|_| is_early).map(|_| candidates(program, true));
-        let mut backward = backward.into_iter().flatten().map(Way::Everywhere);
+        let mut symbolic = candidates(program).into_iter().map(Way::Symbolic);
         let mut ways = vec![Way::Explicit];
         // Planning problems have too many states in most cases, and the search is short where it ends.
         ways.extend(self.guided.filter(|_| is_early).map(|_| Way::Guided));
         ways.extend(symbolic.next());
-        ways.extend(backward.next());
+        ways.extend(self.everywhere.filter(|_| is_early).map(|_| Way::Everywhere(large_first(program))));
         ways.extend(symbolic);
-        ways.extend(backward);
         ways
     }
 }
@@ -172,16 +169,14 @@ fn raced<T: Send>(
         turn,
         lead: settings.thresholds.lead,
     };
-    let mut seen = [0; 2];
-    let weight = |way: &Way| {
-        let kind = match way {
-            Way::Explicit => return 4,
-            Way::Guided => return 2,
-            Way::Symbolic(_) => 0,
-            Way::Everywhere(_) => 1,
-        };
-        seen[kind] += 1;
-        if seen[kind] == 1 { 2 } else { 1 }
+    let mut orders = 0;
+    let weight = |way: &Way| match way {
+        Way::Explicit => 4,
+        Way::Guided | Way::Everywhere(_) => 2,
+        Way::Symbolic(_) => {
+            orders += 1;
+            if orders == 1 { 2 } else { 1 }
+        }
     };
     let weights = Vec::from_iter(ways.iter().map(weight));
     let own = || Arc::clone(&settings.sink);
@@ -256,13 +251,27 @@ impl<T: Send> Entrant<'_, '_, T> {
         engine: AnyEngine,
         reason: &dyn Fn(Place) -> String,
     ) -> Result<Option<(Selection, T)>> {
-        let place = lane.knows_all_states();
+        let place = lane.knows_all_states(self.steps_of_lists(lane, &engine)?);
         let selection = Selection { storage: engine.storage(), reason: Some(reason(place)), is_open: false };
         let racer = Racer { way: lane.way, leads: place != Place::Later, selection: selection.clone() };
         let found = (self.question.by_states)(&racer, engine.clone())?;
         // The others end now, and the answer may need more memory later.
         engine.explicit().iter().for_each(|engine| engine.allow(self.settings.memory));
         Ok(Some((selection, found)))
+    }
+
+    /// Returns the steps in which the explicit engine is likely to answer the question, if it is the first way, and diagrams
+    /// know all states. `None` if a leader has fewer alone anyway: then nothing is counted that takes long.
+    fn steps_of_lists(&self, lane: &Lane, engine: &AnyEngine) -> Result<Option<u64>> {
+        let (AnyEngine::Symbolic(engine), [Way::Explicit, ..]) = (engine, self.ways) else { return Ok(None) };
+        let all = engine.all_states();
+        let states = engine.count(&all)?;
+        if states >= lane.alone().into() {
+            return Ok(None);
+        }
+        let listing = states + engine.count_transitions(&engine.all_choices(), &all)?;
+        // Most questions take less than twice as long as the lists for them.
+        Ok(u64::try_from(listing * 3u32 * STEPS_PER_WORK).ok())
     }
 
     /// Returns the settings of a way. The one that is the likeliest to be the first has half of the memory.

@@ -110,6 +110,8 @@ impl<E: Engine> Both<'_, E> {
         self.choices("without", &engine.difference(&c, &d).unwrap(), &(&brute_c - &brute_d));
         for (pairs, brute_pairs) in [(&within, &brute_within), (&d, &brute_d)] {
             self.choices("pre", &engine.pre(pairs, x).unwrap(), &brute.pre(brute_pairs, brute_x));
+            let entering = brute.sources(&brute.pre(brute_pairs, brute_x));
+            self.states("can_enter", &engine.can_enter(pairs, x).unwrap(), &entering);
             let staying = engine.pre_within(pairs, x).unwrap();
             self.choices("pre_within", &staying, &brute.pre_within(brute_pairs, brute_x));
         }
@@ -149,11 +151,17 @@ impl<E: Engine> Both<'_, E> {
         let brute_barred = brute_without(brute.pre(&brute.all_choices(), &brute_other));
         let kept = without(engine.pre_within(&all, &other).unwrap());
         let brute_kept = brute_without(brute.pre_within(&brute.all_choices(), &brute_other));
+        let one = [EdgeLabels::new(engine.all_states(), x.clone(), none.clone())];
+        let brute_one = [EdgeLabels::new(brute.all_states(), brute_x.clone(), Set::new())];
+        let dropping = labels(&other, Vec::new());
+        let brute_dropping = brute_labels(&brute_other);
         for (what, c, labels, brute_c, brute_labels) in [
-            ("win", &all, &plain, &brute.all_choices(), &brute_plain),
+            ("win", &all, &plain[..], &brute.all_choices(), &brute_plain[..]),
             ("win by some", within, &plain, brute_within, &brute_plain),
+            ("win in one set", &all, &one, &brute.all_choices(), &brute_one),
+            ("win in one set by some", within, &one, brute_within, &brute_one),
             ("win, barred", &barred, &barring, &brute_barred, &brute_plain),
-            ("win, dropped", &kept, &labels(&other, Vec::new()), &brute_kept, &brute_labels(&brute_other)),
+            ("win, dropped", &kept, &dropping, &brute_kept, &brute_dropping),
         ] {
             let start = Region { states: engine.all_states(), choices: c.clone() };
             let region = engine.almost_surely_win(start, labels).unwrap();

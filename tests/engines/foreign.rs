@@ -46,6 +46,8 @@ fn images<E: Engine>(engine: &E, x: &E::States, c: &E::Choices) {
     refused("sources", engine.sources(c));
     refused("pre", engine.pre(c, &states));
     refused("pre", engine.pre(&choices, x));
+    refused("can_enter", engine.can_enter(c, &states));
+    refused("can_enter", engine.can_enter(&choices, x));
     refused("can_choose", engine.can_choose(c));
     refused("cannot_choose", engine.cannot_choose(x, &choices));
     refused("cannot_choose", engine.cannot_choose(&states, c));

@@ -64,7 +64,8 @@ impl ExplicitEngine {
     #[cold]
     fn poll(&self) -> Result<()> {
         self.settings.sink.progress("fixpoints", &|| format!("{} steps", self.ticks.load(Relaxed)));
-        self.settings.sink.advance(PATIENCE as u64);
+        // A step of diagrams takes as long as about eight steps over lists.
+        self.settings.sink.advance(PATIENCE as u64 / 8);
         match self.settings.sink.stop() {
             Some(limit) => Err(limit.into()),
             None => Ok(()),

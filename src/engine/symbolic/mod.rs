@@ -44,7 +44,7 @@ pub use dump::Set;
 pub use encoding::Encoding;
 pub use encoding::transitions::Numbered;
 pub use order::{Bit, Order};
-pub(crate) use order::{Ordered, candidates};
+pub(crate) use order::{Ordered, candidates, large_first};
 pub use pick::Listing;
 pub use sizes::DiagramSizes;
 pub use store::thresholds::{Thresholds, Ways};
@@ -283,6 +283,22 @@ impl Engine for SymbolicEngine {
         }
         found.push(self.loops_in(c, x)?);
         Ok(ChoiceSet(Arc::new(found)))
+    }
+
+    /// Looks at the states of one group after the other for which no group before has a step into X.
+    fn can_enter(&self, c: &ChoiceSet, x: &StateSet) -> Result<StateSet> {
+        if self.opponent().is_some() {
+            return self.can_choose(&self.pre(c, x)?);
+        }
+        let (store, sources) = (&self.store, self.sources(c)?);
+        let (c, x) = (self.groups_of(c)?, self.diagram_of(x)?);
+        let mut open = store.minus(&sources.0, &self.loops_in(c, x)?)?;
+        for (list, own) in self.groups.iter().zip(c) {
+            let own = store.and(&open, own)?;
+            let spared = store.spare(Direction::Backward, list, x, &own)?;
+            open = store.minus(&open, &store.minus(&own, &spared)?)?;
+        }
+        Ok(StateSet(store.minus(&sources.0, &open)?))
     }
 
     /// Uses the relations alone, without the states of the scope as a bound. Otherwise the check

@@ -14,7 +14,7 @@ use super::classes::Classes;
 use super::improvement::{Arena, Improvement};
 use super::run::Analysis;
 use meliora_base::error::Result;
-use meliora_engine::edge_labels::{pairs_into, winning};
+use meliora_engine::edge_labels::{pairs_into, possibly_win};
 use meliora_engine::{EdgeLabels, Engine, Region, position};
 pub use meliora_model::region::Kind;
 
@@ -283,8 +283,7 @@ fn positively<E: Engine>(
     before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
     let within = before.map_or(&arena.choices, |game| &game.choices);
-    let goals = winning(engine, within, &edge_labels)?;
-    let states = engine.can_win(&goals, within, &edge_labels)?;
+    let states = possibly_win(engine, within, &edge_labels)?;
     let choices = engine.choices_in(within, &states)?;
     Ok(Game { edge_labels, states, choices })
 }

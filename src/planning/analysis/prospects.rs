@@ -17,7 +17,7 @@ impl<E: Engine> Analysis<E> {
     /// Returns the prospects of a state of the scope, as far as they are known.
     ///
     /// At states of unknown rank, the actions are those of the greatest level found. Cost: that of
-    /// [`strategy::permitted_at_start`] for the state's level.
+    /// [`strategy::winning_choices`] for the state alone.
     ///
     /// # Errors
     /// A limit of the engine is reached, or a command has no meaning in the state.
@@ -129,7 +129,8 @@ impl<E: Engine> Analysis<E> {
         let rank = levels.rank(engine, state)?;
         let mut actions = Vec::new();
         if let Some(level) = levels.level(rank) {
-            let permitted = strategy::permitted_at_start(engine, kind, classes, improvement, level)?;
+            let own = engine.singleton(state)?;
+            let permitted = strategy::permitted_in(engine, kind, classes, improvement, level, &own)?;
             for (choice, name) in choices {
                 if engine.contains_choice(&permitted, state, choice)? {
                     actions.push(name.clone());

@@ -64,13 +64,21 @@ pub fn permissive<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E
 /// # Errors
 /// A limit of the engine is reached.
 pub fn winning_choices<E: Engine>(engine: &E, kind: Kind, game: &Game<E>) -> Result<E::Choices> {
+    winning_among(engine, kind, game, &game.choices)
+}
+
+/// Computes the choices of [`winning_choices`] among some choices of the game.
+fn winning_among<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    game: &Game<E>,
+    among: &E::Choices,
+) -> Result<E::Choices> {
     match kind {
-        Kind::Sasi => Ok(game.choices.clone()),
+        Kind::Sasi => Ok(among.clone()),
         Kind::Spi => {
-            let all = engine.all_choices();
-            let staying = keeping(engine, &all, &game.edge_labels, &game.states)?;
-            let ahead = engine.union(&staying, &winning(engine, &all, &game.edge_labels)?)?;
-            engine.intersection(&game.choices, &ahead)
+            let staying = keeping(engine, among, &game.edge_labels, &game.states)?;
+            engine.union(&staying, &winning(engine, among, &game.edge_labels)?)
         }
     }
 }
@@ -153,7 +161,10 @@ pub fn strategies<E: Engine>(
 }
 
 /// Computes the permitted choices of all our states of a level when planning starts there. Cost: that
-/// of `permissive` per arena.
+/// of [`winning_choices`] per arena.
+///
+/// # Errors
+/// A limit of the engine is reached.
 pub fn permitted_at_start<E: Engine>(
     engine: &E,
     kind: Kind,
@@ -161,16 +172,31 @@ pub fn permitted_at_start<E: Engine>(
     improvement: &Improvement<E>,
     level: &Level<E>,
 ) -> Result<E::Choices> {
+    permitted_in(engine, kind, classes, improvement, level, &engine.all_states())
+}
+
+/// Computes the permitted choices of our states of X in a level when planning starts there. Cost: that
+/// of [`winning_choices`] for these states alone, per arena with one of them.
+pub(crate) fn permitted_in<E: Engine>(
+    engine: &E,
+    kind: Kind,
+    classes: &Classes<E>,
+    improvement: &Improvement<E>,
+    level: &Level<E>,
+    x: &E::States,
+) -> Result<E::Choices> {
     let mut all = engine.no_choices();
     for (arena, game) in improvement.arenas.iter().zip(&level.games) {
-        let permitted = permissive(engine, kind, game)?;
-        let permitted = match arena.reference.and_then(|c| classes.list.get(c)) {
-            Some(class) => engine.choices_in(&permitted, &class.states)?,
-            None => permitted,
+        let own = match arena.reference.and_then(|c| classes.list.get(c)) {
+            Some(class) => engine.intersection(x, &class.states)?,
+            None => x.clone(),
         };
-        all = engine.union(&all, &permitted)?;
+        if !engine.is_empty(&own)? {
+            let among = engine.choices_in(&game.choices, &own)?;
+            all = engine.union(&all, &winning_among(engine, kind, game, &among)?)?;
+        }
     }
-    Ok(all)
+    ours(engine, &all)
 }
 
 /// Returns whether a step between two states is a goal edge of a game: it improves and enters the

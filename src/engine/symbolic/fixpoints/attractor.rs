@@ -105,9 +105,10 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
         let mut stuck = self.store.zero();
         for (index, cofactor) in arcs.iter().enumerate().filter(|(_, cofactor)| !cofactor.is_empty()) {
             let (except, allowed) = (&halves[at].parts[index].except, &halves[to].parts[index].allowed);
-            let gone = self.enter(&more, except, allowed, cofactor)?;
-            if !self.store.is_zero(&gone) {
-                let left = self.both(Walk::minus, allowed, &gone)?;
+            let into = self.both(Walk::minus, &more, except)?;
+            let left = self.own(|w| w.spare(w.edge(&into), w.edge(allowed), cofactor))?;
+            if left != *allowed {
+                let gone = self.both(Walk::minus, allowed, &left)?;
                 halves[to].parts[index].allowed = left;
                 stuck = self.both(Walk::or, &stuck, &gone)?;
             }

@@ -15,7 +15,7 @@ use crate::symbolic::relations::lists::RelationList;
 use crate::symbolic::relations::tuples::{Crossing, Half, ListTuple};
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::{Bdd, Diagram, Edge, Held, Memo};
-use crate::symbolic::store::walk::{Halt, Pass, Walk};
+use crate::symbolic::store::walk::{Direction, Halt, Pass, Walk};
 use meliora_base::error::Result;
 
 impl Store {
@@ -45,9 +45,7 @@ impl Store {
         let mut open = x;
         for group in groups.groups() {
             let own = self.and(&open, &group.sources)?;
-            let kept = self.walk_to_the_end(Pass::backward(None), |walk| {
-                walk.own(|w: &Walk<'_, '_>| w.spare(w.edge(l), w.edge(&own), &group.list))
-            })?;
+            let kept = self.spare(Direction::Backward, &group.list, l, &own)?;
             open = self.minus(&open, &kept)?;
         }
         Ok(open)

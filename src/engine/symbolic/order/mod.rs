@@ -79,34 +79,39 @@ impl Order {
     }
 }
 
-/// Returns the orders that race, the likeliest first, each once: that of [`from_structure`] for an
-/// exploration, and [`declared`] for a search backwards over all valuations; the declared variables from the last to
-/// the first; those with most bits first. Backwards, the last declared variables on top come first.
+/// Returns the orders that race, the likeliest first, each once: that of [`from_structure`], the declared variables from
+/// the last to the first, and [`large_first`].
 ///
 /// The structure of a program does not tell which is best: on translated planning problems one of the last two often
 /// needs a hundred times fewer nodes than the first.
-pub(crate) fn candidates(program: &Program, is_backward: bool) -> Vec<Ordered> {
-    let plain = if program.monitors.is_some() { &program.without_monitors() } else { program };
-    let by = |why: &str, variables: Vec<VarId>| Ordered {
-        bits: beside_monitors(program, by_variables(plain, &variables)),
-        why: format!("{why}, which was the first of several orders to end"),
-    };
-    let mut large: Vec<VarId> = plain.variable_ids().collect();
-    let reversed = by("variables from the last to the first", large.iter().rev().copied().collect());
-    let declared = by("as declared", large.clone());
-    large.sort_by_key(|v| Reverse(plain.variables[v.index()].bits()));
-    let large = by("large variables first", large);
-    let all = match is_backward {
-        true => [reversed, declared, large],
-        false => [from_structure(program), reversed, large],
-    };
+pub(crate) fn candidates(program: &Program) -> Vec<Ordered> {
+    let reversed = |variables: &mut Vec<VarId>| variables.reverse();
+    let reversed = of_variables(program, "variables from the last to the first", reversed);
     let mut orders: Vec<Ordered> = Vec::new();
-    for order in all {
+    for order in [from_structure(program), reversed, large_first(program)] {
         if orders.iter().all(|known| known.bits != order.bits) {
             orders.push(order);
         }
     }
     orders
+}
+
+/// Returns the order of the declared variables in which those with most bits come first.
+pub(crate) fn large_first(program: &Program) -> Ordered {
+    of_variables(program, "large variables first", |variables| {
+        variables.sort_by_key(|v| Reverse(program.variables[v.index()].bits()));
+    })
+}
+
+/// Returns an order of the variables of the model, with those of monitors above or below them.
+fn of_variables(program: &Program, why: &str, arrange: impl FnOnce(&mut Vec<VarId>)) -> Ordered {
+    let plain = if program.monitors.is_some() { &program.without_monitors() } else { program };
+    let mut variables = Vec::from_iter(plain.variable_ids());
+    arrange(&mut variables);
+    Ordered {
+        bits: beside_monitors(program, by_variables(plain, &variables)),
+        why: format!("{why}, which was the first of several orders to end"),
+    }
 }
 
 /// Returns true if an order has every bit of the program exactly once.

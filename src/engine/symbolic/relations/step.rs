@@ -21,6 +21,19 @@ impl Store {
         })
     }
 
+    /// Computes { s ∈ B : no step of the list, in a direction, joins s and X }.
+    pub(in crate::symbolic) fn spare(
+        &self,
+        direction: Direction,
+        list: &RelationList,
+        x: &Bdd,
+        bound: &Bdd,
+    ) -> Result<Bdd> {
+        self.walk_to_the_end(Pass { direction, phase: None }, |walk| {
+            walk.own(|w| w.spare(w.edge(x), w.edge(bound), list))
+        })
+    }
+
     /// Returns X over the next state: the support bits are replaced by their next copies.
     pub(in crate::symbolic) fn primed(&self, support: &Support, x: &Bdd) -> Result<Bdd> {
         self.walk_to_the_end(Pass::forward(None), |walk| walk.own(|w| w.primed(w.edge(x), support)))
