@@ -3,7 +3,7 @@
 //! - [`Values`]: the results of a finished analysis, as intervals or fractions.
 //! - [`Cost`]: what a step costs, by default one ([`Steps`]).
 //! - [`Chooser`]: lets a strategy choose by value.
-//! - [`answer`]: answers to properties such as `Pmax=? [ F x=3 ]`.
+//! - [`sought`]: the number that an operator asks for, such as `Pmax=? [ F x=3 ]`, in some states.
 //!
 //! | quantity | meaning |
 //! | --- | --- |
