@@ -65,9 +65,9 @@ pub struct AskResult {
     /// The limit that has ended the work before all properties had an answer.
     pub limit: Option<Limit>,
     /// The model, with the constants of a property file.
-    program: Arc<Program>,
+    pub program: Arc<Program>,
     /// The text of the only property.
-    text: String,
+    pub text: String,
 }
 
 #[cfg(feature = "output")]
