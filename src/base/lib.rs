@@ -36,4 +36,5 @@ pub mod short;
 pub mod slip;
 pub mod span;
 pub mod stack;
+pub mod sync;
 pub mod value;

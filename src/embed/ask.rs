@@ -4,9 +4,9 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use super::Model;
-use super::model::lock;
 use meliora_base::error::{Error, Limit, Result, SourceFile};
 use meliora_base::progress::ProgressSink;
+use meliora_base::sync::lock;
 use meliora_engine::{Selection, Settings, Usage};
 use meliora_lang as lang;
 use meliora_model::Program;

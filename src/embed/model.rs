@@ -2,11 +2,12 @@
 
 use std::borrow::Borrow;
 use std::path::Path;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use super::{Analysis, Exploration, Reached};
 use meliora_base::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use meliora_base::progress::{NoProgress, ProgressSink};
+use meliora_base::sync::lock;
 use meliora_base::value::{Type, Value};
 use meliora_engine::{AnyEngine, Question, Racer, Scope, Selection, Settings};
 use meliora_formats::Document;
@@ -242,8 +243,4 @@ impl Model {
             (variable.name.as_str(), value)
         })
     }
-}
-
-pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -12,12 +12,13 @@ mod tests;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering::Relaxed};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{Builder, Scope};
 use std::time::Duration;
 
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::progress::ProgressSink;
+use meliora_base::sync::lock;
 
 /// The stack of each thread, in bytes. The system maps its pages only when they are used.
 const STACK: usize = 512 << 20;
@@ -112,10 +113,6 @@ enum Over<T> {
     Panic(Box<dyn Any + Send>),
     /// All ways have ended without an answer.
     Nobody,
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl State {

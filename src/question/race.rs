@@ -1,10 +1,11 @@
 //! A question as a race of ways to its answer, each with results of its own.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use crate::start::check_start;
 use meliora_base::error::Result;
+use meliora_base::sync::lock;
 use meliora_engine::{
     AnyEngine, BySearch, Guided, OverAll, ProgressSink, Question, Racer, Selection, Settings, SymbolicEngine,
 };
@@ -130,8 +131,4 @@ impl<J: Job, T: Send> Raced<'_, J, T> {
 pub fn started<E: meliora_engine::Engine>(engine: E, program: &Program) -> Result<Arc<E>> {
     check_start(&engine, program)?;
     Ok(Arc::new(engine))
-}
-
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -1,12 +1,13 @@
 //! The state that a worker thread shares with the thread that waits for it.
 
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use super::memory::{self, ALLOWANCE};
 use meliora_base::error::Limit;
 use meliora_base::progress::ProgressSink;
+pub use meliora_base::sync::lock;
 
 const RUNNING: u8 = 0;
 const OUT_OF_TIME: u8 = 1;
@@ -19,12 +20,6 @@ const GROWTH: u64 = 32 << 20;
 pub(super) const CHECKS: Duration = Duration::from_millis(5);
 /// The minimum time between two requests for details.
 const DETAILS: Duration = Duration::from_millis(100);
-
-/// Locks a mutex, even if a panic of a worker thread has poisoned it. For data that are valid at
-/// any time.
-pub fn lock<T: ?Sized>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
 
 /// A timer for actions that several threads may cause, but at most once per interval.
 #[derive(Debug)]
