@@ -1,6 +1,7 @@
 //! `meliora info`: the variables and sizes of a model.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use clap::Args;
 use meliora_base::error::Error;
@@ -62,7 +63,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (limits, shown) = (args.model.limits(), args.shown.clone());
     let args = args.clone();
     supervise(FlatReport::default(), limits, &shown, move |job| {
-        let (program, _) = load::program(&args.model, &job.sink)?;
+        let program = Arc::new(load::parsed(&args.model, &job.sink)?.program);
         let flat = Flat::of(&program)?;
         job.update(|r| r.flat = Some(flat));
         Ok(())

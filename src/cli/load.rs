@@ -11,9 +11,10 @@ use meliora_engine::NoProgress;
 use meliora_formats::Document;
 use meliora_lang::named::Property;
 use meliora_lang::{self as lang, Checked, Given};
+use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Preferences;
-use meliora_model::{ModelKind, Program};
+use meliora_question::warnings::overlap;
 use meliora_question::{Required, list};
 
 use super::model_files::ModelFiles;
@@ -35,7 +36,7 @@ pub(super) struct Question {
     pub(super) preferences: Arc<Preferences>,
     /// The text of the preferences.
     pub(super) source: Arc<SourceFile>,
-    /// See [`Loaded::overlap`].
+    /// See [`overlap`].
     pub(super) overlap: Option<Predicate>,
 }
 
@@ -44,8 +45,6 @@ pub(super) struct Loaded {
     pub(super) program: Program,
     /// The properties that the model names.
     pub(super) named: Vec<Property>,
-    /// For a `dtmc`, the states in which several choices are merged into one.
-    pub(super) overlap: Option<Predicate>,
 }
 
 /// Reads a text file; `-` is standard input.
@@ -150,19 +149,11 @@ pub(super) fn check_each(
 impl Loaded {
     fn of(checked: Checked) -> Self {
         let Checked { program, properties: named, .. } = checked;
-        Loaded { overlap: overlap(&program), program, named }
+        Loaded { program, named }
     }
 }
 
-/// Returns [`Loaded::overlap`] for a program.
-fn overlap(program: &Program) -> Option<Predicate> {
-    match program.kind {
-        ModelKind::Dtmc => Some(program.overlap()),
-        ModelKind::Mdp | ModelKind::Smg => None,
-    }
-}
-
-/// Reads the model for a command. Returns it with [`Loaded::overlap`].
+/// Reads the model for a command. Returns it with its [`overlap`].
 ///
 /// # Errors
 /// A file, the constants, the bounds or an expression is wrong.
@@ -170,7 +161,8 @@ pub(super) fn program(
     args: &ModelArgs,
     sink: &TerminalSink,
 ) -> Result<(Arc<Program>, Option<Predicate>), Error> {
-    let Loaded { program, overlap, .. } = parsed(args, sink)?;
+    let program = parsed(args, sink)?.program;
+    let overlap = overlap(&program);
     Ok((Arc::new(program), overlap))
 }
 
@@ -215,7 +207,8 @@ fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<
 /// # Errors
 /// The file cannot be read, or is wrong.
 pub(super) fn with_preferences(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
-    let Loaded { program, overlap, .. } = loaded;
+    let program = loaded.program;
+    let overlap = overlap(&program);
     let source = read(preferences)?;
     let lang::Question { mut program, preferences } = lang::load_preferences(&source, program)?;
     program.note_inexact(preferences.predicates());

@@ -1,7 +1,6 @@
 //! The properties of a file, for `meliora reach --properties`.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use meliora_base::error::{Error, SourceFile};
 use meliora_lang::{open_constants, outline_properties, parse_properties, refuse_values, split_constants};
@@ -73,8 +72,7 @@ pub(super) fn read(
         open.retain(|name| !declared.contains(name));
     }
     let [theirs, others] = split_constants(&given, &open)?;
-    let (program, _) = load::program(&model.with_constants(&others.text), sink)?;
-    let mut program = Arc::unwrap_or_clone(program);
+    let mut program = load::parsed(&model.with_constants(&others.text), sink)?.program;
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
     let required = load::required(chosen.require)?;
     if let Some(only) = chosen.only {

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use crate::evaluate::Mix;
 use crate::goal::{Required, Target};
 use crate::plan::Plan;
+use crate::warnings;
 use meliora_base::error::{Error, Result};
 use meliora_engine::{Selection, Settings};
 use meliora_lang::property::term::TermKind;
+use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_model::{ModelKind, Program};
 use meliora_planning::policy::Policy;
 
 /// Questions about a model, with the requests that they need.
@@ -64,7 +65,7 @@ impl Questions {
     /// Combines a model with questions about it; errors in one of a list leave the others.
     pub fn new(mut program: Program, plan: Plan, required: Vec<Required>, is_list: bool) -> Self {
         program.note_inexact(plan.requests.iter().flat_map(|request| request.asking.goal.predicates()));
-        let overlap = (program.kind == ModelKind::Dtmc).then(|| program.overlap());
+        let overlap = warnings::overlap(&program);
         Questions { program: Arc::new(program), plan, required, is_list, overlap }
     }
 

@@ -4,7 +4,7 @@ use crate::number::Number;
 use meliora_base::error::{Diagnostic, Result};
 use meliora_engine::{Count, Engine};
 use meliora_model::predicate::Predicate;
-use meliora_model::{Program, fault};
+use meliora_model::{ModelKind, Program, fault};
 
 /// A warning.
 #[derive(Debug, Clone)]
@@ -16,7 +16,7 @@ pub enum Warning {
 }
 
 /// Returns the warnings of deadlocks, of rounded probabilities, and of states in which a `dtmc` draws a command
-/// uniformly; `overlap` are the states in which several choices are merged. Cost: no image.
+/// uniformly; `overlap` is that of [`overlap`]. Cost: no image.
 ///
 /// # Errors
 /// A limit is reached.
@@ -51,6 +51,11 @@ pub fn of_states<E: Engine>(
         warnings.push(Warning::Text(format!("{drawn} {count} {what} of this dtmc; one is drawn uniformly")));
     }
     Ok(warnings)
+}
+
+/// Returns the states of a `dtmc` in which several choices are merged into one; `None` for other models.
+pub fn overlap(program: &Program) -> Option<Predicate> {
+    (program.kind == ModelKind::Dtmc).then(|| program.overlap())
 }
 
 fn counted(count: &Count) -> (String, bool) {
