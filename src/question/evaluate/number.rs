@@ -216,3 +216,84 @@ fn around(exact: &Real) -> (f64, f64) {
         None => (f64::NEG_INFINITY, f64::INFINITY),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    type Comparison = fn(f64, f64) -> bool;
+
+    const OPERATIONS: [fn(f64, f64) -> f64; 4] = [|x, y| x + y, |x, y| x - y, |x, y| x * y, |x, y| x / y];
+
+    /// All intervals with ends among a few numbers, and unbounded ones.
+    fn intervals() -> Vec<Number> {
+        let ends = [f64::NEG_INFINITY, -2.0, -1.0, 0.0, 0.5, 1.0, 3.0, f64::INFINITY];
+        let from = |&lower: &f64| {
+            ends.into_iter()
+                .filter(move |&upper| lower < upper)
+                .map(move |upper| Number::between(lower, upper))
+        };
+        ends.iter().flat_map(from).collect()
+    }
+
+    /// The finite ends and the middle of an interval.
+    fn members(of: &Number) -> Vec<f64> {
+        let middle = f64::midpoint(of.lower.max(-8.0), of.upper.min(8.0));
+        [of.lower, middle, of.upper].into_iter().filter(|x| x.is_finite()).collect()
+    }
+
+    fn pairs(x: &Number, y: &Number) -> Vec<(f64, f64)> {
+        members(x).into_iter().flat_map(|x| members(y).into_iter().map(move |y| (x, y))).collect()
+    }
+
+    #[test]
+    fn arithmetic_contains_what_its_members_give_and_little_else() {
+        let ops = [BinaryOp::Add, BinaryOp::Sub, BinaryOp::Mul, BinaryOp::Div];
+        for (op, by_members) in ops.into_iter().zip(OPERATIONS) {
+            for (x, y) in
+                intervals().iter().flat_map(|x| intervals().into_iter().map(move |y| (x.clone(), y)))
+            {
+                let found = x.arithmetic(op, &y).unwrap();
+                let all = pairs(&x, &y).into_iter().map(|(x, y)| by_members(x, y)).filter(|z| !z.is_nan());
+                let (least, most) =
+                    all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
+                assert!(found.lower <= least && most <= found.upper, "{x:?} {op:?} {y:?}: {found:?}");
+                let is_finite = [x.lower, x.upper, y.lower, y.upper].iter().all(|end| end.is_finite());
+                if is_finite && (op != BinaryOp::Div || y.lower > 0.0 || y.upper < 0.0) {
+                    assert_eq!(
+                        (found.lower, found.upper),
+                        (least.next_down(), most.next_up()),
+                        "{x:?} {op:?} {y:?}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_divisor_that_may_be_zero_leaves_no_bound() {
+        for (lower, upper) in [(0.0, 1.0), (-1.0, 0.0), (-1.0, 1.0)] {
+            let found =
+                Number::between(1.0, 2.0).arithmetic(BinaryOp::Div, &Number::between(lower, upper)).unwrap();
+            assert_eq!((found.lower, found.upper), (f64::NEG_INFINITY, f64::INFINITY), "{lower} {upper}");
+        }
+    }
+
+    #[test]
+    fn a_comparison_is_decided_if_all_members_agree() {
+        let ops: [(BinaryOp, Comparison); 4] = [
+            (BinaryOp::Lt, |x, y| x < y),
+            (BinaryOp::Le, |x, y| x <= y),
+            (BinaryOp::Gt, |x, y| x > y),
+            (BinaryOp::Ge, |x, y| x >= y),
+        ];
+        let finite = || intervals().into_iter().filter(|x| x.lower.is_finite() && x.upper.is_finite());
+        for (x, y) in finite().flat_map(|x| finite().map(move |y| (x.clone(), y))) {
+            for (op, holds) in ops {
+                let all: Vec<bool> = pairs(&x, &y).into_iter().map(|(x, y)| holds(x, y)).collect();
+                let agreed = all.iter().all(|&held| held == all[0]).then(|| all[0]);
+                assert_eq!(x.satisfies(op, &y), agreed, "{x:?} {op:?} {y:?}");
+            }
+        }
+    }
+}
