@@ -61,6 +61,8 @@ impl Program {
     pub fn reward_structure(&self, name: Option<&str>) -> Option<usize> {
         match name {
             None => (!self.rewards.is_empty()).then_some(0),
+            // The name that planners give it.
+            Some("total-cost") if self.planning.is_some() => self.reward_structure(Some("cost")),
             Some(_) => self.rewards.iter().position(|r| r.name.as_deref() == name),
         }
     }
@@ -151,6 +153,32 @@ impl Program {
         state: &[i64],
         combinations: &[Combination],
     ) -> Result<BigRational> {
+        self.sum_of(structure, state, combinations, |item| {
+            let value = self.value(structure, item, state)?;
+            if value.is_negative() { Err(self.negative(structure, item, state, &value)) } else { Ok(value) }
+        })
+    }
+
+    /// Does the same as [`Program::reward_of`] for rewards of any sign.
+    ///
+    /// # Errors
+    /// The structure has no meaning; a reward has no value in this state.
+    pub fn signed_reward_of(
+        &self,
+        structure: &RewardStructure,
+        state: &[i64],
+        combinations: &[Combination],
+    ) -> Result<BigRational> {
+        self.sum_of(structure, state, combinations, |item| self.value(structure, item, state))
+    }
+
+    fn sum_of(
+        &self,
+        structure: &RewardStructure,
+        state: &[i64],
+        combinations: &[Combination],
+        value_of: impl Fn(&RewardItem) -> Result<BigRational>,
+    ) -> Result<BigRational> {
         if !structure.errors.is_empty() {
             return Err(Error::Input(structure.errors.clone()));
         }
@@ -164,7 +192,7 @@ impl Program {
                 }
             };
             if earning > 0 && self.applies(structure, item, state)? {
-                let value = self.value(structure, item, state)?;
+                let value = value_of(item)?;
                 sum +=
                     if earning == of { value } else { value * BigRational::new(earning.into(), of.into()) };
             }
@@ -189,14 +217,21 @@ impl Program {
 
     fn value(&self, structure: &RewardStructure, item: &RewardItem, state: &[i64]) -> Result<BigRational> {
         let value = self.pool.eval_exact(item.value, state);
-        let value = value.map_err(|reason| self.undefined(structure, item, state, reason))?;
-        if !value.is_negative() {
-            return Ok(value);
-        }
+        value.map_err(|reason| self.undefined(structure, item, state, reason))
+    }
+
+    fn negative(
+        &self,
+        structure: &RewardStructure,
+        item: &RewardItem,
+        state: &[i64],
+        value: &BigRational,
+    ) -> Error {
         let (title, at) = (structure.title(), self.show_state(state));
         let message = format!("the reward structure {title} earns {value} in the state {at}");
         let diagnostic = Diagnostic::new(&self.source, item.span.range(), message);
-        Err(diagnostic.label("negative").help("rewards must be at least 0").into())
+        let help = "rewards must be at least 0, except in `C<=k`, `I=k` and `S`";
+        diagnostic.label("negative").help(help).into()
     }
 
     fn undefined(

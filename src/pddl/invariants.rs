@@ -210,18 +210,18 @@ impl<'t> Search<'t> {
 
     /// Returns the groups of a candidate of which at most one fact holds initially.
     fn instances(&self, candidate: &Candidate) -> Vec<Group> {
-        let mut groups: AHashMap<Key, (Vec<Fact>, usize)> = AHashMap::new();
+        let mut groups: AHashMap<Key, Vec<Fact>> = AHashMap::new();
         for part in candidate {
             for &fact in self.of.get(&part.predicate).into_iter().flatten() {
                 let (_, arguments) = &self.task.facts[fact as usize];
-                let group = groups.entry(part.key(arguments)).or_default();
-                group.0.push(fact);
-                group.1 += usize::from(self.task.initial[fact as usize]);
+                groups.entry(part.key(arguments)).or_default().push(fact);
             }
         }
-        let is_group =
-            |(_, (facts, initially)): &(Key, (Vec<Fact>, usize))| facts.len() > 1 && *initially < 2;
-        let group = |(key, (mut facts, _)): (Key, (Vec<Fact>, usize))| {
+        let is_group = |(_, facts): &(Key, Vec<Fact>)| {
+            let holding = |start: &Vec<bool>| facts.iter().filter(|&&fact| start[fact as usize]).count();
+            facts.len() > 1 && self.task.starts.iter().all(|start| holding(start) < 2)
+        };
+        let group = |(key, mut facts): (Key, Vec<Fact>)| {
             facts.sort_unstable();
             let counted = if candidate.len() == 1 { candidate[0].counted } else { None };
             let predicates = candidate.iter().map(|part| part.predicate).collect();
@@ -322,7 +322,8 @@ fn cover(task: &GroundTask, mut found: Vec<Group>) -> Vec<Group> {
 /// Finds the groups of which no fact may hold: initially, or after a deletion without an addition.
 fn mark_none(task: &GroundTask, group_of: &[usize], groups: &mut [Group]) {
     for group in groups.iter_mut() {
-        group.has_none = !group.facts.iter().any(|&fact| task.initial[fact as usize]);
+        let holds = |start: &Vec<bool>| group.facts.iter().any(|&fact| start[fact as usize]);
+        group.has_none = !task.starts.iter().all(holds);
     }
     let mut adds: AHashMap<usize, Vec<&Ground>> = AHashMap::new();
     for outcome in task.actions.iter().flat_map(|action| &action.outcomes) {

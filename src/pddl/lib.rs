@@ -22,6 +22,7 @@ mod check;
 mod ground;
 mod invariants;
 mod lower;
+mod measures;
 mod recursion;
 mod syntax;
 mod task;

@@ -5,11 +5,11 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use ahash::{AHashMap, AHashSet};
-use num_traits::Zero;
 use smallvec::SmallVec;
 
 use crate::ground::{Fact, Ground, GroundAction, GroundEffect, GroundTask};
 use crate::invariants::Group;
+use crate::measures::Measures;
 use crate::recursion::components;
 use crate::task::Task;
 use meliora_base::error::{Diagnostic, Result};
@@ -18,25 +18,23 @@ use meliora_base::span::Span;
 use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora_model::planning::{GOAL, PlannedFact, Planning};
-use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
 
 /// The name of the value for none of the facts of a variable.
 const NONE: &str = "none";
-/// The only module, and the only reward structure.
+/// The only module.
 const MODULE: &str = "problem";
-const COST: &str = "total-cost";
 
-struct Lowering<'t> {
-    task: &'t Task,
-    ground: &'t GroundTask,
-    groups: &'t [Group],
-    pool: ExprPool,
+pub(crate) struct Lowering<'t> {
+    pub(crate) task: &'t Task,
+    pub(crate) ground: &'t GroundTask,
+    pub(crate) groups: &'t [Group],
+    pub(crate) pool: ExprPool,
     /// The variable and the value of each fact.
-    place: Vec<(VarId, i64)>,
+    pub(crate) place: Vec<(VarId, i64)>,
     /// The expressions of the facts, and of the derived facts.
-    facts: Vec<ExprId>,
-    derived: Vec<ExprId>,
+    pub(crate) facts: Vec<ExprId>,
+    pub(crate) derived: Vec<ExprId>,
 }
 
 /// Lowers a ground task.
@@ -49,14 +47,11 @@ pub(crate) fn lower(task: &Task, ground: &GroundTask, groups: &[Group]) -> Resul
     let (place, facts) = (vec![(VarId(0), 0); ground.facts.len()], vec![never; ground.facts.len()]);
     let derived = vec![never; ground.derived.len()];
     let mut lowering = Lowering { task, ground, groups, pool, place, facts, derived };
-    let variables = lowering.variables();
+    let mut variables = lowering.variables();
     lowering.define_derived()?;
-    let mut initial = lowering.pool.value(Value::Bool(true));
-    for (id, variable) in (0..).map(VarId).zip(&variables) {
-        let holds = lowering.equals(id, variable.ty, variable.initial.unwrap_or_default());
-        initial = lowering.pool.binary(Binary::And, initial, holds);
-    }
-    let (actions, commands, costs) = lowering.commands(&variables)?;
+    let mut measures = Measures::new(&mut lowering, &mut variables);
+    let initial = lowering.initial(&mut variables);
+    let (actions, commands) = lowering.commands(&variables, &mut measures)?;
     let planning = lowering.planning(&variables);
     let labels = lowering.labels();
     Ok(Program {
@@ -66,7 +61,7 @@ pub(crate) fn lower(task: &Task, ground: &GroundTask, groups: &[Group]) -> Resul
         actions,
         commands,
         labels,
-        rewards: rewards(task, costs),
+        rewards: measures.structures(&ground.measures),
         planning: Some(Arc::new(planning)),
         ..Program::empty(Arc::clone(&task.source), ModelKind::Mdp, lowering.pool.into(), initial)
     })
@@ -80,15 +75,14 @@ fn synchronisations(commands: &[Command]) -> Vec<Synchronisation> {
     commands.iter().zip(0..).map(one).collect()
 }
 
-fn rewards(task: &Task, items: Vec<RewardItem>) -> Vec<RewardStructure> {
-    let costs =
-        RewardStructure { name: Some(COST.to_owned()), items, errors: Vec::new(), span: Span::default() };
-    if task.has_cost { vec![costs] } else { Vec::new() }
-}
-
 impl Lowering<'_> {
-    fn equals(&mut self, variable: VarId, ty: Type, value: i64) -> ExprId {
+    pub(crate) fn equals(&mut self, variable: VarId, ty: Type, value: i64) -> ExprId {
         let of = self.pool.var(variable, ty);
+        self.is_value(of, ty, value)
+    }
+
+    /// Returns whether an expression has a value.
+    pub(crate) fn is_value(&mut self, of: ExprId, ty: Type, value: i64) -> ExprId {
         match ty {
             Type::Bool if value != 0 => of,
             Type::Bool => self.pool.unary(Unary::Not, of),
@@ -110,12 +104,6 @@ impl Lowering<'_> {
                 self.place[fact as usize] = (id, value);
                 self.facts[fact as usize] = self.equals(id, ty, value);
             }
-            let holds = group.facts.iter().position(|&fact| self.ground.initial[fact as usize]);
-            let initial = match holds {
-                Some(at) => at + usize::from(is_single),
-                None if is_single => 0,
-                None => group.facts.len(),
-            };
             let values = if is_single { Vec::new() } else { self.values(group) };
             variables.push(Variable {
                 name: unique(self.name(group), &mut taken),
@@ -123,12 +111,40 @@ impl Lowering<'_> {
                 low: 0,
                 high: if is_single { 1 } else { values.len() as i64 - 1 },
                 module: Some(0),
-                initial: Some(initial as i64),
+                initial: Some(self.value_in(&self.ground.starts[0], group)),
                 values,
                 span: 0..0,
             });
         }
         variables
+    }
+
+    /// Returns the value of a variable in an initial state.
+    fn value_in(&self, start: &[bool], group: &Group) -> i64 {
+        let is_single = group.facts.len() == 1;
+        let holds = group.facts.iter().position(|&fact| start[fact as usize]);
+        let value = match holds {
+            Some(at) => at + usize::from(is_single),
+            None if is_single => 0,
+            None => group.facts.len(),
+        };
+        value as i64
+    }
+
+    /// Returns the condition of the initial states. A variable in which they differ has no initial value of its own.
+    fn initial(&mut self, variables: &mut [Variable]) -> ExprId {
+        let (ground, groups) = (self.ground, self.groups);
+        let mut starts = Vec::with_capacity(ground.starts.len());
+        for start in &ground.starts {
+            let mut all = Vec::with_capacity(variables.len());
+            for (id, variable) in (0..).map(VarId).zip(variables.iter_mut()) {
+                let value = groups.get(id.index()).map_or(0, |group| self.value_in(start, group));
+                variable.initial = variable.initial.filter(|&first| first == value);
+                all.push(self.equals(id, variable.ty, value));
+            }
+            starts.push(self.pool.joined(Binary::And, all));
+        }
+        self.pool.joined(Binary::Or, starts)
     }
 
     /// Returns `at(robot)` for the places of a robot, `held|on(a)` for several predicates, or the atom.
@@ -161,7 +177,7 @@ impl Lowering<'_> {
     }
 
     /// Returns the expression of a condition.
-    fn condition(&mut self, condition: &Ground) -> ExprId {
+    pub(crate) fn condition(&mut self, condition: &Ground) -> ExprId {
         match condition {
             Ground::True => self.pool.value(Value::Bool(true)),
             Ground::False => self.pool.value(Value::Bool(false)),
@@ -191,8 +207,10 @@ impl Lowering<'_> {
 
     /// Defines the derived facts, those that they depend on first. Facts that depend on each other get
     /// their least solution: as many rounds as there are such facts reach it.
-    fn define_derived(&mut self) -> Result<()> {
+    pub(crate) fn define_derived(&mut self) -> Result<()> {
         let ground = self.ground;
+        let never = self.pool.value(Value::Bool(false));
+        self.derived.fill(never);
         for component in components(&ground.derived) {
             if component.is_negated {
                 return Err(self.not_stratified(component.members[0]));
@@ -220,15 +238,18 @@ impl Lowering<'_> {
         wrong.help("a derived fact may depend on itself only without `not`").into()
     }
 
-    /// Returns the names of the actions, the commands, and their costs. Actions whose condition cannot
-    /// hold are left out.
+    /// Returns the names of the actions and the commands, and adds their amounts to the measures. Actions whose
+    /// condition cannot hold are left out.
     ///
     /// # Errors
-    /// A function has no value for the arguments of an action.
-    fn commands(&mut self, variables: &[Variable]) -> Result<(Vec<String>, Vec<Command>, Vec<RewardItem>)> {
+    /// A derived predicate depends on its own negation.
+    fn commands(
+        &mut self,
+        variables: &[Variable],
+        measures: &mut Measures,
+    ) -> Result<(Vec<String>, Vec<Command>)> {
         let (ground, task) = (self.ground, self.task);
-        let (mut actions, mut commands, mut costs) = (Vec::new(), Vec::new(), Vec::new());
-        let always = self.pool.value(Value::Bool(true));
+        let (mut actions, mut commands) = (Vec::new(), Vec::new());
         let called =
             |action: &GroundAction| task.called(&task.actions[action.schema].name, &action.arguments);
         // A text that two actions have names neither: each gets a number.
@@ -241,12 +262,8 @@ impl Lowering<'_> {
             let Some(fixed) = self.fixed(&action.precondition) else { continue };
             let schema = &task.actions[action.schema];
             let number = CommandId(u32::try_from(commands.len()).unwrap_or(u32::MAX));
-            let cost = task.cost(schema, &action.arguments)?;
-            if !cost.is_zero() {
-                let value = self.pool.exact_value(Exact::Real(Real::Finite(cost)));
-                let earner = Earner::Command(number);
-                costs.push(RewardItem { earner, guard: always, value, span: Span::default() });
-            }
+            let mut branches = self.branches(action, &fixed, variables);
+            measures.add(self, (number, action), &mut branches)?;
             let Range { start, end } = schema.span.clone();
             commands.push(Command {
                 module: 0,
@@ -254,12 +271,12 @@ impl Lowering<'_> {
                 number: 1,
                 unlisted: None,
                 guard: self.condition(&action.precondition),
-                branches: self.branches(action, &fixed, variables),
+                branches,
                 span: Span::new(start, end),
             });
             actions.push(unique(called(action), &mut taken));
         }
-        Ok((actions, commands, costs))
+        Ok((actions, commands))
     }
 
     /// Returns the values that a condition fixes; `None` if it requires two values of one variable.
@@ -291,13 +308,13 @@ impl Lowering<'_> {
                 let (variable, known) = (&variables[id.index()], fixed.get(&id).copied());
                 updates.extend(self.update(id, variable, effects, known).map(|new| (id, new)));
             }
-            branches.push(Branch { probability: self.probability(&outcome.probability), updates });
+            branches.push(Branch { probability: self.number(&outcome.probability), updates });
         }
         branches
     }
 
-    fn probability(&mut self, probability: &Ratio) -> ExprId {
-        self.pool.exact_value(Exact::Real(Real::Finite(probability.clone())))
+    pub(crate) fn number(&mut self, number: &Ratio) -> ExprId {
+        self.pool.exact_value(Exact::Real(Real::Finite(number.clone())))
     }
 
     /// Returns the new value of a variable; `None` if it stays as it is.

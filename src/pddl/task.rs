@@ -1,6 +1,7 @@
 //! A checked planning problem before it is grounded: names are numbers, conditions are in negation
 //! normal form.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -103,6 +104,8 @@ pub(crate) enum Effect {
     OneOf(Vec<Effect>),
     /// One of the effects with its probability; with the remaining probability none.
     Probably(Vec<(Ratio, Effect)>),
+    /// Adds to a measure.
+    Earn(Amount),
 }
 
 impl Effect {
@@ -110,7 +113,7 @@ impl Effect {
     pub(crate) fn has_alternatives(&self) -> bool {
         match self {
             Effect::OneOf(_) | Effect::Probably(_) => true,
-            Effect::Literal(..) => false,
+            Effect::Literal(..) | Effect::Earn(_) => false,
             Effect::And(parts) => parts.iter().any(Effect::has_alternatives),
             Effect::When(_, inner) | Effect::All(_, inner) => inner.has_alternatives(),
         }
@@ -129,12 +132,22 @@ pub(crate) struct Predicate {
     pub(crate) is_changed: bool,
 }
 
-/// The increase of `total-cost` by an action.
-#[derive(Debug, Default)]
-pub(crate) struct Cost {
-    pub(crate) constant: Ratio,
-    /// Values of functions that are added: the numbers of the functions, and the arguments.
-    pub(crate) values: Vec<(usize, Vec<Term>)>,
+/// A number to which actions add, which is a reward structure of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Measure {
+    /// `(total-cost)`
+    Cost,
+    /// `(reward)`
+    Reward,
+}
+
+/// The amount that an effect adds to a measure: a number, or a number times the value of a function.
+#[derive(Debug, Clone)]
+pub(crate) struct Amount {
+    pub(crate) measure: Measure,
+    pub(crate) number: Ratio,
+    /// The number of the function, and its arguments.
+    pub(crate) function: Option<(usize, Vec<Term>)>,
 }
 
 /// A function whose values never change.
@@ -155,7 +168,6 @@ pub(crate) struct Action {
     pub(crate) parameters: Vec<Arc<Domain>>,
     pub(crate) precondition: Condition,
     pub(crate) effect: Effect,
-    pub(crate) cost: Cost,
     /// Its place in [`Task::source`].
     pub(crate) span: Range<usize>,
 }
@@ -178,38 +190,43 @@ pub(crate) struct Task {
     pub(crate) functions: Vec<Function>,
     pub(crate) actions: Vec<Action>,
     pub(crate) axioms: Vec<Axiom>,
+    /// The facts that hold in every initial state.
     pub(crate) initial: Vec<(usize, Vec<Object>)>,
+    /// The further facts of each initial state.
+    pub(crate) starts: Vec<Vec<(usize, Vec<Object>)>>,
     /// The goal without preferences; `None` if there are only preferences.
     pub(crate) goal: Option<Condition>,
     pub(crate) preferences: Vec<(String, Condition)>,
-    /// True if `total-cost` is declared or increased.
-    pub(crate) has_cost: bool,
+    /// The measures that are declared or changed.
+    pub(crate) measures: BTreeSet<Measure>,
+    /// The reward of the first step into the goal.
+    pub(crate) goal_reward: Option<Ratio>,
     /// True if some effect has several outcomes without stated probabilities.
     pub(crate) has_oneof: bool,
 }
 
 impl Task {
-    /// Returns what an action with these arguments costs.
+    /// Returns what an effect of an action adds under values of the variables.
     ///
     /// # Errors
-    /// A function has no value for them, or one below 0.
-    pub(crate) fn cost(&self, action: &Action, arguments: &[Object]) -> Result<Ratio> {
-        let mut sum = action.cost.constant.clone();
-        for (function, terms) in &action.cost.values {
-            let Function { name, values, .. } = &self.functions[*function];
-            let given: Vec<Object> = terms.iter().map(|term| term.object(arguments)).collect();
-            let Some(value) = values.get(&given) else {
-                let message = format!("the cost `{}` has no value", self.called(name, &given));
-                let wrong = Diagnostic::new(&self.source, action.span.clone(), message);
-                return Err(wrong.help("`(= (FUNCTION OBJECT …) NUMBER)` in `:init` gives one").into());
-            };
-            if value.is_negative() {
-                let message = format!("the cost `{}` is less than 0", self.called(name, &given));
-                return Err(Diagnostic::new(&self.source, action.span.clone(), message).into());
-            }
-            sum += value;
+    /// The function has no value for them; a cost is less than 0.
+    pub(crate) fn amount(&self, action: &Action, amount: &Amount, values: &[Object]) -> Result<Ratio> {
+        let Some((function, terms)) = &amount.function else { return Ok(amount.number.clone()) };
+        let Function { name, values: known, .. } = &self.functions[*function];
+        let given: Vec<Object> = terms.iter().map(|term| term.object(values)).collect();
+        let wrong = |what: &str| {
+            let message = format!("the amount `{}` {what}", self.called(name, &given));
+            Diagnostic::new(&self.source, action.span.clone(), message)
+        };
+        let Some(value) = known.get(&given) else {
+            return Err(wrong("has no value")
+                .help("`(= (FUNCTION OBJECT …) NUMBER)` in `:init` gives one")
+                .into());
+        };
+        if amount.measure == Measure::Cost && value.is_negative() {
+            return Err(wrong("is a cost less than 0").into());
         }
-        Ok(sum)
+        Ok(value * &amount.number)
     }
 
     /// Formats an atom: `at(robot,kitchen)`, or `raining` without arguments.

@@ -326,3 +326,45 @@ fn no_plan_is_proved_by_the_dump_of_the_losing_region() {
     query.args(["query", &dump, "initial & !almost-sure:goal", "--json"]);
     assert_eq!(crate::cli::common::Finished::of(&mut query).expect(0).json()["count"], "1");
 }
+
+/// Two initial states: from one of them the delivery may fail until the road is dry.
+const COURIER: &str = "(define (domain courier) (:predicates (at ?x) (wet) (home))
+  (:functions (far ?x ?y) - number)
+  (:action drive :parameters (?x ?y) :precondition (at ?x) :effect (and (increase (total-cost) (far ?x ?y))
+    (when (not (wet)) (and (not (at ?x)) (at ?y)))
+    (when (wet) (probabilistic 1/2 (and (not (at ?x)) (at ?y) (decrease (reward) 2))))))
+  (:action wait :precondition (wet) :effect (and (probabilistic 1/4 (not (wet))) (decrease (reward) 1))))
+(define (problem p) (:domain courier) (:objects a b)
+  (:init (at a) (oneof (wet) (and)) (= (far a b) 3) (= (far b a) 3) (= (far a a) 0) (= (far b b) 0))
+  (:goal (at b)) (:goal-reward 10) (:metric maximize (reward)))";
+
+#[test]
+fn rewards_costs_and_several_initial_states_answer_and_verify() {
+    let scratch = Scratch::new(&[("c.pddl", COURIER)]);
+    let (file, policy) = (scratch.show("c.pddl"), scratch.show("p.txt"));
+    run(&format!("reach {file} --policy {policy}")).expect(0);
+    run(&format!("verify {policy} {file}")).expect(0);
+    let ask = |property: &str| {
+        let mut command = meliora();
+        command.args(["reach", &file, "--json", "--property", property]);
+        crate::cli::common::Finished::of(&mut command).expect(0).json()["properties"][0]["value"].clone()
+    };
+    let close = |value: &serde_json::Value, expected: [f64; 2]| {
+        let bounds = [value["lower"].as_f64().unwrap(), value["upper"].as_f64().unwrap()];
+        bounds.iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-6)
+    };
+    // On a wet road, waiting is free.
+    assert!(close(&ask("R{\"cost\"}min=? [ F \"goal\" ]"), [3.0, 3.0]), "{file}");
+    assert_eq!(ask("R{\"total-cost\"}min=? [ F \"goal\" ]"), ask("R{\"cost\"}min=? [ F \"goal\" ]"));
+    // On a dry road the first step earns 10. On a wet one, driving earns half of it, less one on average.
+    assert!(
+        close(&ask("R{\"reward\"}max=? [ C<=1 ]"), [4.0, 10.0]),
+        "{}",
+        ask("R{\"reward\"}max=? [ C<=1 ]")
+    );
+    assert!(
+        close(&ask("R{\"reward\"}max=? [ C<=100 ]"), [6.0, 10.0]),
+        "{}",
+        ask("R{\"reward\"}max=? [ C<=100 ]")
+    );
+}

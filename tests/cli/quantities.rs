@@ -263,3 +263,37 @@ fn strategies_of_several_objectives_are_written_and_attain_the_answer() {
     ]));
     assert!(text.status == 2 && text.stderr.contains("ends with .json"), "{text:?}");
 }
+
+/// Sums of a number of steps and averages have a meaning for rewards of either sign; sums without an end may have none.
+#[test]
+fn negative_rewards_count_in_sums_of_steps_and_in_averages() {
+    let text = "mdp
+        module m
+          s : [0..3];
+          [a] s<3 -> 1/2 : (s'=s+1) + 1/2 : true;
+          [b] s<3 -> (s'=3);
+          [stay] s=3 -> true;
+        endmodule
+        rewards \"gain\" [a] true : -1; [b] true : -3; s=3 : 1; s=0 : -1/4; endrewards";
+    // By hand: of four steps, `b` and three steps in 3 are best, and three steps of `a` before `b` are worst.
+    for (property, value) in [
+        ("R{\"gain\"}max=? [ C<=4 ]", -0.25),
+        ("R{\"gain\"}min=? [ C<=4 ]", -5.96875),
+        ("R{\"gain\"}max=? [ C<=0 ]", 0.0),
+        ("R{\"gain\"}min=? [ I=1 ]", -0.125),
+        ("R{\"gain\"}max=? [ I=1 ]", 1.0),
+        ("R{\"gain\"}min=? [ S ]", 1.0),
+    ] {
+        let (lower, upper) = bounds(text, property);
+        assert!(lower <= value && value <= upper && upper - lower < 1e-6, "{property}: {lower} {upper}");
+    }
+    for (bound, holds) in [(">=-0.25", true), (">-0.25", false), ("<=-0.25", true)] {
+        let property = format!("R{{\"gain\"}}max{bound} [ C<=4 ]");
+        let found = ask(text, &["--property", &property]);
+        assert_eq!(found.json()["properties"][0]["holds"], json!(holds), "{property}");
+    }
+    let refused = ask(text, &["--property", "R{\"gain\"}max=? [ F s=3 ]"]).expect(3);
+    assert!(
+        refused.stderr.contains("except in `C<=k`, `I=k` and `S`") || refused.json()["message"].is_string()
+    );
+}

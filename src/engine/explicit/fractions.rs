@@ -29,6 +29,16 @@ impl Fractions {
         })
     }
 
+    /// Adds a number to all fractions.
+    #[must_use]
+    pub fn moved_by(&self, number: &Ratio) -> Self {
+        let mut moved = Fractions::default();
+        self.list.iter().for_each(|fraction| {
+            moved.number(fraction + number);
+        });
+        moved
+    }
+
     pub(super) fn product(&mut self, a: u32, b: u32) -> u32 {
         if let Some(&known) = self.products.get(&(a, b)) {
             return known;

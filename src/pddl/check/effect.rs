@@ -1,25 +1,21 @@
 //! Effects.
 
-use ahash::AHashMap;
 use num_traits::{One, Signed, Zero};
 
 use super::Checker;
 use super::requirements::Requirement;
 use crate::syntax::Node;
-use crate::task::{Condition, Cost, Effect, Function, Object, Term};
+use crate::task::{Condition, Effect};
 use meliora_base::exact::{Ratio, decimal};
 use meliora_base::stack;
 
-/// The function that actions increase.
-const COST: &str = "total-cost";
-
 impl Checker {
-    /// Reads an effect; the increase of `total-cost` is added to `cost` where it is allowed.
-    pub(super) fn effect(&mut self, node: &Node, cost: &mut Option<&mut Cost>) -> Option<Effect> {
-        stack::level(|| self.effect_here(node, cost))
+    /// Reads an effect.
+    pub(super) fn effect(&mut self, node: &Node) -> Option<Effect> {
+        stack::level(|| self.effect_here(node))
     }
 
-    fn effect_here(&mut self, node: &Node, cost: &mut Option<&mut Cost>) -> Option<Effect> {
+    fn effect_here(&mut self, node: &Node) -> Option<Effect> {
         let Some((name, parts)) = node.form() else {
             if node.list().is_some_and(<[Node]>::is_empty) {
                 return Some(Effect::And(Vec::new()));
@@ -31,7 +27,7 @@ impl Checker {
         };
         match name {
             "and" => {
-                let all: Vec<_> = parts.iter().map(|part| self.effect(part, cost)).collect();
+                let all: Vec<_> = parts.iter().map(|part| self.effect(part)).collect();
                 all.into_iter().collect::<Option<_>>().map(Effect::And)
             }
             "not" => {
@@ -42,13 +38,12 @@ impl Checker {
                 self.used.add(Requirement::Conditional);
                 let [condition, inner] = self.exactly(node, parts, "when")?;
                 let condition = self.condition(condition, true);
-                let inner = self.effect(inner, &mut None);
+                let inner = self.effect(inner);
                 Some(Effect::When(condition?, Box::new(inner?)))
             }
             "forall" => {
                 self.used.add(Requirement::Conditional);
-                let (domains, inner) =
-                    self.scoped(node, parts, |checker, inner| checker.effect(inner, &mut None))?;
+                let (domains, inner) = self.scoped(node, parts, |checker, inner| checker.effect(inner))?;
                 Some(Effect::All(domains, Box::new(inner?)))
             }
             "oneof" => {
@@ -57,12 +52,14 @@ impl Checker {
                     return self
                         .report(node.wrong("`oneof` has no outcome").help("write `(and)` for no change"));
                 }
-                let all: Vec<_> = parts.iter().map(|part| self.effect(part, &mut None)).collect();
+                self.alternatives += 1;
+                let all: Vec<_> = parts.iter().map(|part| self.effect(part)).collect();
+                self.alternatives -= 1;
                 all.into_iter().collect::<Option<_>>().map(Effect::OneOf)
             }
             "probabilistic" => self.probabilistic(node, parts),
             "increase" | "decrease" | "assign" | "scale-up" | "scale-down" => {
-                self.number(node, name, parts, cost)
+                self.amount(node, name, parts).map(Effect::Earn)
             }
             _ => self.change(node, true),
         }
@@ -88,7 +85,7 @@ impl Checker {
                 return self
                     .report(node.wrong("`probabilistic` is a list of pairs: a probability and an effect"));
             };
-            let (read, effect) = (self.ratio(probability), self.effect(effect, &mut None));
+            let (read, effect) = (self.ratio(probability), self.effect(effect));
             let read = read?;
             if read.is_negative() || read > Ratio::one() {
                 return self.report(probability.wrong("a probability lies between 0 and 1"));
@@ -104,7 +101,7 @@ impl Checker {
     }
 
     /// Reads a number such as `0.25` or `1/4`.
-    fn ratio(&mut self, node: &Node) -> Option<Ratio> {
+    pub(super) fn ratio(&mut self, node: &Node) -> Option<Ratio> {
         let word = node.word().unwrap_or_default();
         let read = match word.split_once('/') {
             Some((above, below)) => decimal(above).and_then(|above| Ok((above, decimal(below)?))),
@@ -113,99 +110,6 @@ impl Checker {
         match read {
             Ok((above, below)) if !below.is_zero() => Some(above / below),
             _ => self.report(node.expected("a number")),
-        }
-    }
-
-    /// Reads `(increase (total-cost) 5)`, or by the value of a function; refuses other changes of numbers.
-    fn number(
-        &mut self,
-        node: &Node,
-        name: &str,
-        parts: &[Node],
-        cost: &mut Option<&mut Cost>,
-    ) -> Option<Effect> {
-        let target = parts.first().and_then(|part| part.word().or_else(|| part.form().map(|form| form.0)));
-        if name != "increase" || target != Some(COST) {
-            let shown = parts.first().map_or("a number", |part| part.text());
-            let wrong = node.wrong(format!("numbers that change, such as `{shown}`, are not supported"));
-            return self.report(wrong.help("only `(increase (total-cost) NUMBER)` is"));
-        }
-        self.has_cost = true;
-        self.used.add(Requirement::Costs);
-        let [_, amount] = self.exactly(node, parts, "increase")?;
-        let Some(sum) = cost else {
-            return self.report(node.wrong("a cost that depends on the outcome is not supported"));
-        };
-        if let Some((function, arguments)) = amount.form() {
-            let value = self.value_of(amount, function, arguments)?;
-            self.unused_functions.retain(|(unused, _)| *unused != value.0);
-            sum.values.push(value);
-            return Some(Effect::And(Vec::new()));
-        }
-        let amount = self.ratio(amount)?;
-        if amount.is_negative() {
-            return self.report(node.wrong("a cost is at least 0"));
-        }
-        sum.constant += amount;
-        Some(Effect::And(Vec::new()))
-    }
-
-    /// Reads `(far ?a ?b)`: a function and its arguments.
-    fn value_of(&mut self, node: &Node, name: &str, parts: &[Node]) -> Option<(usize, Vec<Term>)> {
-        let Some(function) = self.functions.iter().position(|known| known.name.eq_ignore_ascii_case(name))
-        else {
-            let wrong =
-                node.wrong(format!("unknown function `{name}`")).label("not declared in `:functions`");
-            return self
-                .report(wrong.help("a cost is a number, or the value of a function that never changes"));
-        };
-        let arity = self.functions[function].arity;
-        if parts.len() != arity {
-            let message = format!("`{name}` has {arity} arguments, here are {}", parts.len());
-            return self.report(node.wrong(message).label("wrong number of arguments"));
-        }
-        let arguments: Option<Vec<Term>> = parts.iter().map(|part| self.term(part)).collect();
-        Some((function, arguments?))
-    }
-
-    /// Declares functions: `total-cost`, and those whose values never change.
-    pub(super) fn declare_functions(&mut self, parts: &[Node]) {
-        for (node, _) in self.typed_list(parts) {
-            match node.form() {
-                Some((COST, _)) => {
-                    self.has_cost = true;
-                    self.used.add(Requirement::Costs);
-                }
-                Some((_, parameters)) => {
-                    let arity = self.typed_variables(parameters).len();
-                    let name = node.list().and_then(|list| list.first()).map_or("", Node::text).to_owned();
-                    self.unused_functions.push((self.functions.len(), node.clone()));
-                    self.functions.push(Function { name, arity, values: AHashMap::new() });
-                }
-                None => {
-                    self.report::<()>(node.expected("a function such as `(total-cost)`"));
-                }
-            }
-        }
-    }
-
-    /// Reads `(= (far a b) 5)` in `:init`.
-    pub(super) fn initial_value(&mut self, node: &Node, parts: &[Node]) {
-        let Some([of, value]) = self.exactly(node, parts, "=") else { return };
-        let (name, arguments) = of.form().unwrap_or((of.word().unwrap_or_default(), &[]));
-        if name == COST {
-            return;
-        }
-        let Some((function, terms)) = self.value_of(of, name, arguments) else { return };
-        let objects: Option<Vec<Object>> = terms
-            .iter()
-            .map(|term| match term {
-                Term::Object(object) => Some(*object),
-                Term::Variable(_) => None,
-            })
-            .collect();
-        if let (Some(objects), Some(value)) = (objects, self.ratio(value)) {
-            self.functions[function].values.insert(objects, value);
         }
     }
 

@@ -1,20 +1,24 @@
 //! From lists to a checked task: sections, types, names and arities.
 
+mod amount;
 mod condition;
 mod effect;
 mod implied;
+mod initial;
 mod problem;
 mod requirements;
 mod rules;
 mod types;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ahash::AHashMap;
 
 use crate::syntax::{Faults, Node};
-use crate::task::{Action, Axiom, Domain, Function, Predicate, Task};
+use crate::task::{Action, Axiom, Domain, Function, Measure, Predicate, Task};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_base::exact::Ratio;
 use requirements::Requirements;
 use types::Types;
 
@@ -33,7 +37,10 @@ pub(crate) struct Checker {
     functions: Vec<Function>,
     /// The functions on which no cost depends so far, each with its declaration.
     unused_functions: Vec<(usize, Node)>,
-    has_cost: bool,
+    measures: BTreeSet<Measure>,
+    goal_reward: Option<Ratio>,
+    /// The number of `oneof`s around the effect that is read.
+    alternatives: usize,
     used: Requirements,
     /// True once an argument of another type has been noted.
     is_noted: bool,
@@ -81,9 +88,11 @@ pub(crate) fn check(
         axioms: checker.axioms,
         functions: checker.functions,
         initial: goals.initial,
+        starts: goals.starts,
         goal: goals.goal,
         preferences: goals.preferences,
-        has_cost: checker.has_cost,
+        measures: checker.measures,
+        goal_reward: checker.goal_reward,
         has_oneof: checker.used.has_oneof(),
     };
     Ok((task, notes))
@@ -182,7 +191,7 @@ impl Checker {
 
     /// Reports a section that is not supported, or that is none.
     fn refuse_section(&mut self, node: &Node) {
-        const KNOWN: [&str; 14] = [
+        const KNOWN: [&str; 15] = [
             ":requirements",
             ":types",
             ":constants",
@@ -194,6 +203,7 @@ impl Checker {
             ":objects",
             ":init",
             ":goal",
+            ":goal-reward",
             ":metric",
             ":length",
             ":allocation",
@@ -209,10 +219,6 @@ impl Checker {
                 "a requirement `G condition` in a preference file, or `--require`, keeps a condition on all paths",
             ),
             ":durative-action" => ("actions with a duration are not supported".to_owned(), "write `:action`"),
-            ":goal-reward" => (
-                "`:goal-reward` is not supported: there are no rewards except `total-cost`".to_owned(),
-                "remove it; preferences between goals stand in a preference file",
-            ),
             ":process" | ":event" => {
                 (format!("`{name}` is not supported: problems have no time"), "write `:action`")
             }

@@ -1,16 +1,18 @@
 //! The problem: initial facts, the goal, preferences and the metric.
 
 use super::Checker;
+use super::initial::Fact;
 use super::requirements::Requirement;
 use crate::syntax::Node;
-use crate::task::{Condition, Object, Term};
+use crate::task::Condition;
 use meliora_base::error::Severity;
 use meliora_model::planning::GOAL;
 
 /// The initial facts and the goals.
 #[derive(Default)]
 pub(super) struct Goals {
-    pub(super) initial: Vec<(usize, Vec<Object>)>,
+    pub(super) initial: Vec<Fact>,
+    pub(super) starts: Vec<Vec<Fact>>,
     pub(super) goal: Option<Condition>,
     pub(super) preferences: Vec<(String, Condition)>,
 }
@@ -18,10 +20,8 @@ pub(super) struct Goals {
 impl Checker {
     /// Reads `:init`, `:goal` and `:metric` of a problem.
     pub(super) fn goals(&mut self, problem: &[Node]) -> Goals {
-        let mut goals = Goals::default();
-        self.named(problem, ":init", |checker, parts, _| {
-            parts.iter().for_each(|part| checker.initial_fact(part, &mut goals));
-        });
+        let (initial, starts, first) = self.initial(problem);
+        let mut goals = Goals { initial, starts, ..Goals::default() };
         let mut is_given = false;
         self.named(problem, ":goal", |checker, parts, node| {
             if is_given {
@@ -34,36 +34,10 @@ impl Checker {
             let wrong = last.wrong("the problem has no goal").help("add `(:goal condition)`");
             self.report::<()>(wrong);
         }
+        self.begin_by(first, &mut goals);
+        self.named(problem, ":goal-reward", |checker, parts, node| checker.goal_reward(parts, node));
         self.named(problem, ":metric", |checker, parts, node| checker.metric(parts, node));
         goals
-    }
-
-    fn initial_fact(&mut self, node: &Node, goals: &mut Goals) {
-        match node.form() {
-            Some(("=", parts)) => self.initial_value(node, parts),
-            Some(("not", _)) => {}
-            Some((name @ ("oneof" | "or" | "unknown" | "probabilistic"), _)) => {
-                let wrong =
-                    node.wrong(format!("`{name}` in `:init` is not supported: there is one initial state"));
-                self.report::<()>(wrong.help("an action with this effect can begin every path"));
-            }
-            Some(("and", parts)) => parts.iter().for_each(|part| self.initial_fact(part, goals)),
-            _ => self.plain_fact(node, goals),
-        }
-    }
-
-    fn plain_fact(&mut self, node: &Node, goals: &mut Goals) {
-        let Some(atom) = self.atom(node) else { return };
-        if self.predicates[atom.predicate].is_derived {
-            self.report::<()>(node.wrong("a derived fact cannot stand in `:init`"));
-            return;
-        }
-        let object = |term: &Term| match term {
-            Term::Object(object) => Some(*object),
-            Term::Variable(_) => None,
-        };
-        let arguments: Option<Vec<Object>> = atom.arguments.iter().map(object).collect();
-        goals.initial.extend(arguments.map(|arguments| (atom.predicate, arguments)));
     }
 
     fn goal(&mut self, parts: &[Node], node: &Node, goals: &mut Goals) {
@@ -122,10 +96,6 @@ impl Checker {
             match part.word() {
                 Some("is-violated") => has_weights = true,
                 Some("total-time") => unused = Some(part),
-                Some("reward") => {
-                    let wrong = part.wrong("`reward` is not supported: only `total-cost` is counted");
-                    self.report::<()>(wrong.help("remove the metric"));
-                }
                 _ => {}
             }
         }

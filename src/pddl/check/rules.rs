@@ -3,7 +3,7 @@
 use super::Checker;
 use super::requirements::Requirement;
 use crate::syntax::Node;
-use crate::task::{Action, Axiom, Cost, Effect};
+use crate::task::{Action, Axiom, Effect};
 use meliora_base::error::Severity;
 
 impl Checker {
@@ -30,15 +30,14 @@ impl Checker {
         let domains = parameters.iter().map(|(_, domain)| domain.clone()).collect();
         self.scope = parameters;
         let precondition = self.optional_condition(precondition);
-        let mut cost = Cost::default();
         let effect = match effect {
-            Some(effect) => self.effect(effect, &mut Some(&mut cost)),
+            Some(effect) => self.effect(effect),
             None => Some(Effect::And(Vec::new())),
         };
         self.scope.clear();
         if let (Some(precondition), Some(effect)) = (precondition, effect) {
             let (name, span) = (name.text().to_owned(), self.joined(node));
-            self.actions.push(Action { name, parameters: domains, precondition, effect, cost, span });
+            self.actions.push(Action { name, parameters: domains, precondition, effect, span });
         }
     }
 

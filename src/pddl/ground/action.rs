@@ -6,6 +6,7 @@ use ahash::AHashMap;
 use num_traits::One;
 
 use super::database::Key;
+use super::earned::{Earned, earned};
 use super::outcomes::{Change, Outcomes};
 use super::reach::Reached;
 use super::reach::every;
@@ -23,6 +24,8 @@ pub(crate) struct GroundAction {
     pub(crate) arguments: Vec<Object>,
     pub(crate) precondition: Ground,
     pub(crate) outcomes: Vec<Outcome>,
+    /// The amounts that the action adds to the measures, on average over its outcomes.
+    pub(crate) earned: Vec<Earned>,
 }
 
 /// One of the things that an action can do.
@@ -43,7 +46,7 @@ pub(crate) struct GroundEffect {
 /// Grounds all reachable actions.
 ///
 /// # Errors
-/// A limit; an action with too many outcomes.
+/// A limit; an action with too many outcomes, or with an amount that has no value.
 pub(super) fn ground(
     task: &Task,
     reached: &Reached,
@@ -68,7 +71,8 @@ pub(super) fn ground(
                 prevail(&mut effects);
                 vec![Outcome { probability: Ratio::one(), effects }]
             };
-            all.push(GroundAction { schema, arguments: row.to_vec(), precondition, outcomes });
+            let earned = earned(task, atoms, action, row)?;
+            all.push(GroundAction { schema, arguments: row.to_vec(), precondition, outcomes, earned });
         }
     }
     Ok(all)
@@ -79,7 +83,7 @@ pub(super) fn ground(
 /// # Errors
 /// There are too many.
 fn outcomes(task: &Task, atoms: &Atoms, action: &Action, row: &[Object]) -> Result<Vec<Outcome>> {
-    match Outcomes::of(&action.effect, &mut row.to_vec(), &Rc::default()) {
+    match Outcomes::of(atoms, &action.effect, &mut row.to_vec(), &Rc::default()) {
         Some(outcomes) => Ok(simplified(atoms, outcomes)),
         None => {
             let name = task.called(&action.name, row);
@@ -152,6 +156,7 @@ impl Atoms {
         all: &mut Vec<GroundEffect>,
     ) {
         match effect {
+            Effect::Earn(_) => {}
             Effect::Literal(atom, is_added) => {
                 let row: Key = atom.arguments.iter().map(|term| term.object(values)).collect();
                 if let Some(Meaning::Fact(fact)) = self.get(atom.predicate, &row) {

@@ -5,6 +5,7 @@ pub(crate) mod action;
 mod condition;
 mod database;
 mod derived;
+mod earned;
 mod join;
 mod outcomes;
 mod reach;
@@ -13,9 +14,11 @@ mod relevance;
 pub(crate) use action::{GroundAction, GroundEffect, Outcome};
 pub(crate) use condition::Ground;
 
-use ahash::AHashMap;
+use std::collections::BTreeSet;
 
-use crate::task::{Object, Task};
+use ahash::{AHashMap, AHashSet};
+
+use crate::task::{Measure, Object, Task};
 use database::Key;
 use meliora_base::error::Result;
 use meliora_base::progress::ProgressSink;
@@ -31,13 +34,15 @@ pub(crate) type GroundAtom = (usize, Vec<Object>);
 pub(crate) struct GroundTask {
     /// The facts that change.
     pub(crate) facts: Vec<GroundAtom>,
-    /// For each fact, whether it holds initially.
-    pub(crate) initial: Vec<bool>,
+    /// For each initial state and each fact, whether it holds there.
+    pub(crate) starts: Vec<Vec<bool>>,
     /// The derived facts, each with its condition over facts alone.
     pub(crate) derived: Vec<(GroundAtom, Ground)>,
     /// The facts that always hold, of predicates that actions change.
     pub(crate) constant: Vec<GroundAtom>,
     pub(crate) actions: Vec<GroundAction>,
+    /// The measures of the problem; empty where only goals are asked about.
+    pub(crate) measures: BTreeSet<Measure>,
     pub(crate) goal: Option<Ground>,
     pub(crate) preferences: Vec<(String, Ground)>,
 }
@@ -69,14 +74,18 @@ impl Atoms {
 /// Grounds a task.
 ///
 /// # Errors
-/// A limit; an action with more than [`outcomes::MOST_OUTCOMES`] outcomes.
+/// A limit; an action with more than [`outcomes::MOST_OUTCOMES`] outcomes, or with an amount that has no value.
 pub(crate) fn ground(task: &Task, sink: &dyn ProgressSink) -> Result<GroundTask> {
     sink.progress("grounding", &|| format!("{} actions", task.actions.len()));
     let reached = Reached::of(task, sink)?;
     let deleted = reached.deleted(task, sink)?;
     let (mut atoms, facts, constant) = reached.facts(task, &deleted);
-    let holds: ahash::AHashSet<&GroundAtom> = task.initial.iter().collect();
-    let initial = facts.iter().map(|fact| holds.contains(fact)).collect();
+    let always: AHashSet<&GroundAtom> = task.initial.iter().collect();
+    let holding = |more: &Vec<GroundAtom>| {
+        let more: AHashSet<&GroundAtom> = more.iter().collect();
+        facts.iter().map(|fact| always.contains(fact) || more.contains(fact)).collect()
+    };
+    let starts = task.starts.iter().map(holding).collect();
     let derived = derived::ground(task, &reached, &mut atoms, sink)?;
     let actions = action::ground(task, &reached, &atoms, sink)?;
     let condition = |condition: &crate::task::Condition| atoms.ground(condition, &mut Vec::new());
@@ -84,9 +93,10 @@ pub(crate) fn ground(task: &Task, sink: &dyn ProgressSink) -> Result<GroundTask>
         goal: task.goal.as_ref().map(condition),
         preferences: task.preferences.iter().map(|(name, c)| (name.clone(), condition(c))).collect(),
         facts,
-        initial,
+        starts,
         derived,
         constant,
         actions,
+        measures: task.measures.clone(),
     })
 }

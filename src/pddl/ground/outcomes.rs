@@ -1,12 +1,13 @@
-//! The outcomes of an effect: all combinations of its alternatives.
+//! The outcomes of an effect: all combinations of its alternatives. Parts whose condition never holds are left out
+//! before outcomes multiply.
 
 use std::rc::Rc;
 
 use ahash::AHashMap;
 use num_traits::{One, Zero};
 
-use super::GroundAtom;
 use super::reach::every;
+use super::{Atoms, Ground, GroundAtom};
 use crate::task::{Condition, Effect, Object, Term};
 use meliora_base::exact::Ratio;
 
@@ -34,6 +35,7 @@ pub(super) struct Outcomes {
 impl Outcomes {
     /// Returns the outcomes of an effect; `None` if there are too many.
     pub(super) fn of(
+        atoms: &Atoms,
         effect: &Effect,
         values: &mut Vec<Object>,
         conditions: &Rc<Vec<Condition>>,
@@ -45,10 +47,13 @@ impl Outcomes {
                 let conditions = Rc::clone(conditions);
                 Some(Self::one(vec![Rc::new(Change { atom, is_added, conditions })]))
             }
+            Effect::Earn(_) => Some(Self::one(Vec::new())),
             Effect::And(parts) => {
                 let mut product = Self::one(Vec::new());
                 for part in parts {
-                    product = product.times(Self::of(part, values, conditions)?)?;
+                    if !atoms.is_void(part, values) {
+                        product = product.times(Self::of(atoms, part, values, conditions)?)?;
+                    }
                 }
                 Some(product.distinct())
             }
@@ -61,22 +66,25 @@ impl Outcomes {
                 }
                 both.sort_unstable();
                 both.dedup();
-                Self::of(inner, values, &Rc::new(both))
+                Self::of(atoms, inner, values, &Rc::new(both))
             }
             Effect::All(domains, inner) => {
                 let mut product = Some(Self::one(Vec::new()));
                 every(domains, values, &mut |values| {
-                    let part = Self::of(inner, &mut values.to_vec(), conditions);
+                    if atoms.is_void(inner, &mut values.to_vec()) {
+                        return;
+                    }
+                    let part = Self::of(atoms, inner, &mut values.to_vec(), conditions);
                     product = product.take().and_then(|product| product.times(part?));
                 });
                 product.map(Self::distinct)
             }
             Effect::OneOf(parts) => {
                 let parts: Option<Vec<Self>> =
-                    parts.iter().map(|part| Self::of(part, values, conditions)).collect();
+                    parts.iter().map(|part| Self::of(atoms, part, values, conditions)).collect();
                 Self::one_of(parts?)
             }
-            Effect::Probably(parts) => Self::probably(parts, values, conditions),
+            Effect::Probably(parts) => Self::probably(atoms, parts, values, conditions),
         }
     }
 
@@ -164,13 +172,14 @@ impl Outcomes {
 
     /// Returns the effects with their probabilities; with what remains of 1 nothing changes.
     fn probably(
+        atoms: &Atoms,
         parts: &[(Ratio, Effect)],
         values: &mut Vec<Object>,
         conditions: &Rc<Vec<Condition>>,
     ) -> Option<Self> {
         let (mut all, mut weights, mut rest) = (Vec::new(), Vec::new(), Ratio::one());
         for (probability, effect) in parts.iter().filter(|(probability, _)| !probability.is_zero()) {
-            let part = Self::of(effect, values, conditions)?;
+            let part = Self::of(atoms, effect, values, conditions)?;
             rest -= probability;
             weights.extend(part.probabilities().into_iter().map(|weight| weight * probability));
             all.extend(part.all);
@@ -180,5 +189,17 @@ impl Outcomes {
             weights.push(rest);
         }
         (all.len() <= MOST_OUTCOMES).then(|| Outcomes { all, weights: Some(weights) }.distinct())
+    }
+}
+
+impl Atoms {
+    /// Returns whether the conditions around an effect never hold.
+    fn is_void(&self, effect: &Effect, values: &mut Vec<Object>) -> bool {
+        match effect {
+            Effect::When(condition, inner) => {
+                self.ground(condition, values) == Ground::False || self.is_void(inner, values)
+            }
+            _ => false,
+        }
     }
 }

@@ -38,7 +38,7 @@ impl Reached {
         let predicates = task.predicates.iter().map(|p| p.parameters.len());
         let arities = predicates.chain(task.actions.iter().map(|a| a.parameters.len()));
         let mut relations: Vec<Relation> = arities.map(Relation::new).collect();
-        for (predicate, arguments) in &task.initial {
+        for (predicate, arguments) in task.initial.iter().chain(task.starts.iter().flatten()) {
             relations[*predicate].add(arguments);
         }
         let mut evaluation =
@@ -271,6 +271,7 @@ fn listed<'e>(
         Effect::And(parts) | Effect::OneOf(parts) => {
             parts.iter().for_each(|part| listed(part, (parameters, scope), conditions, all));
         }
+        Effect::Earn(_) => {}
         Effect::Probably(parts) => {
             parts.iter().for_each(|(_, part)| listed(part, (parameters, scope), conditions, all));
         }

@@ -4,8 +4,10 @@ use super::{Fact, Ground, GroundTask};
 
 impl GroundTask {
     /// Leaves out the facts on which no goal or preference depends, and the actions that change none of
-    /// the others.
+    /// the others. No goal depends on the measures.
     pub(crate) fn keep_relevant(&mut self) {
+        self.measures.clear();
+        self.actions.iter_mut().for_each(|action| action.earned.clear());
         let is_relevant = self.relevant();
         let mut number = 0;
         let new: Vec<Fact> = is_relevant.iter().map(|is| (number, number += u32::from(*is)).0).collect();
@@ -34,8 +36,12 @@ impl GroundTask {
         }
         let mut keep = is_relevant.iter();
         self.facts.retain(|_| keep.next() == Some(&true));
-        let mut keep = is_relevant.iter();
-        self.initial.retain(|_| keep.next() == Some(&true));
+        for start in &mut self.starts {
+            let mut keep = is_relevant.iter();
+            start.retain(|_| keep.next() == Some(&true));
+        }
+        self.starts.sort_unstable();
+        self.starts.dedup();
     }
 
     /// Returns for each fact whether a goal depends on it.

@@ -59,7 +59,12 @@ fn compare(drawn: &Drawn) {
                 let twice = found.insert(facts(&program, next), (probability.clone(), next));
                 assert!(twice.is_none(), "{} {}", step.name, context());
             }
-            for (next, probability) in &expected[&step.name] {
+            let (successors, reward) = &expected[&step.name];
+            if let Some(structure) = program.reward_structure(Some("reward")) {
+                let earned = program.reward(&program.rewards[structure], &values, &step.choice).unwrap();
+                assert_eq!(earned, *reward, "{} {}", step.name, context());
+            }
+            for (next, probability) in successors {
                 let derived = State::new();
                 let (p, values) = found
                     .remove(&shown([next, &derived]))

@@ -54,6 +54,8 @@ enum Eff {
     All(usize, Box<Eff>),
     OneOf(Vec<Eff>),
     Probably(Vec<(u32, Eff)>),
+    /// The increase of the reward.
+    Earn(u32),
 }
 
 /// A condition of an outcome, whose free variables have values. Equal ones are the same condition, whatever
@@ -127,11 +129,12 @@ fn literal(tape: &mut Tape<'_>) -> Eff {
 
 fn effect(tape: &mut Tape<'_>, depth: usize, has_numbers: bool) -> Eff {
     let inner = |tape: &mut Tape<'_>| effect(tape, depth - 1, has_numbers);
-    match tape.below(if depth == 0 { 1 } else { 6 }) {
+    match tape.below(if depth == 0 { 1 } else { 6 + usize::from(has_numbers) }) {
         0 | 1 => literal(tape),
         2 => Eff::And(tape.many(3, inner)),
         3 => Eff::When(condition(tape, depth.min(2), true), Box::new(inner(tape))),
         4 => Eff::All(tape.below(TYPES.len()), Box::new(inner(tape))),
+        6 => Eff::Earn(tape.below(4) as u32),
         _ if has_numbers => Eff::Probably(tape.many(2, |tape| (1 + tape.below(5) as u32, inner(tape)))),
         _ => {
             let mut parts = tape.many(2, inner);
@@ -233,7 +236,7 @@ impl Drawn {
     }
 
     /// Returns the applicable actions by name, each with its successors.
-    pub(super) fn steps(&self, state: &State) -> BTreeMap<String, BTreeMap<State, Ratio>> {
+    pub(super) fn steps(&self, state: &State) -> BTreeMap<String, (BTreeMap<State, Ratio>, Ratio)> {
         let all = self.with_derived(state);
         let mut steps = BTreeMap::new();
         for (number, action) in self.actions.iter().enumerate() {
@@ -244,7 +247,8 @@ impl Drawn {
                         true => format!("do{number}"),
                         false => format!("do{number}({})", shown.join(",")),
                     };
-                    steps.insert(name, successors(&action.effect, &values, state, &all));
+                    let earned = action.effect.earned(&values, &all);
+                    steps.insert(name, (successors(&action.effect, &values, state, &all), earned));
                 }
             }
         }
@@ -405,6 +409,7 @@ impl Eff {
                 let pair = |(tenths, e): &(u32, Eff)| format!(" {tenths}/10 {}", e.text(scope));
                 format!("(probabilistic{})", all.iter().map(pair).collect::<String>())
             }
+            Eff::Earn(amount) => format!("(increase (reward) {amount})"),
         }
     }
 
@@ -423,9 +428,30 @@ impl Eff {
     fn has_numbers(&self) -> bool {
         match self {
             Eff::Probably(_) => true,
-            Eff::Atom(..) => false,
+            Eff::Atom(..) | Eff::Earn(_) => false,
             Eff::And(all) | Eff::OneOf(all) => all.iter().any(Eff::has_numbers),
             Eff::When(_, inner) | Eff::All(_, inner) => inner.has_numbers(),
+        }
+    }
+
+    /// Returns the reward of the effect in a state, on average over its outcomes.
+    fn earned(&self, values: &[usize], state: &State) -> Ratio {
+        let whole = |n: u32| Ratio::from_integer(n.into());
+        match self {
+            Eff::Atom(..) | Eff::OneOf(_) => whole(0),
+            Eff::Earn(amount) => whole(*amount),
+            Eff::And(all) => all.iter().map(|e| e.earned(values, state)).sum(),
+            Eff::When(condition, inner) => match condition.holds(state, &mut values.to_vec()) {
+                true => inner.earned(values, state),
+                false => whole(0),
+            },
+            Eff::All(of, inner) => {
+                let under = |o: &usize| values.iter().chain([o]).copied().collect::<Vec<_>>();
+                TYPES[*of].1.iter().map(|o| inner.earned(&under(o), state)).sum()
+            }
+            Eff::Probably(all) => {
+                all.iter().map(|(tenths, e)| e.earned(values, state) * whole(*tenths) / whole(10)).sum()
+            }
         }
     }
 
@@ -445,6 +471,7 @@ impl Eff {
                 let atom = (*name, arguments.iter().map(|&x| object(x, values)).collect());
                 vec![(one(), [(conditions.clone(), *added, atom)].into())]
             }
+            Eff::Earn(_) => vec![(one(), Outcome::new())],
             Eff::And(all) => product(all.iter().map(|e| e.raw(values, conditions)).collect()),
             Eff::When(condition, inner) => {
                 let more = match condition.closed(values, 0, true) {

@@ -42,6 +42,15 @@ fn mistakes_in_domains_are_shown_at_their_places() {
             "(:action a :effect (probabilistic 0.6 (q) 0.5 (and)))",
             "2:20: the probabilities sum to 11/10, which is more than 1",
         ),
+        (
+            "(:action a :effect (oneof (q) (increase (reward) 1)))",
+            "2:31: a number that depends on the outcome of `oneof` is not supported",
+        ),
+        ("(:action a :effect (increase (total-cost) -1))", "2:43: a cost is at least 0"),
+        (
+            "(:action a :effect (decrease (total-cost) 1))",
+            "2:20: numbers that change, such as `(total-cost)`, are not supported",
+        ),
         ("(:action a :effect (when (q)))", "2:20: `when` has 2 parts, here are 1"),
         (
             "(:action a :effect (increase (fuel) 1))",
@@ -78,10 +87,9 @@ fn mistakes_in_domains_are_shown_at_their_places() {
 fn mistakes_in_problems_are_shown_at_their_places() {
     for (parts, expected) in [
         ("(:init (= (fuel) 3)) (:goal (q))", "2:11: unknown function `fuel`"),
-        (
-            "(:init (oneof (q) (p a))) (:goal (q))",
-            "2:8: `oneof` in `:init` is not supported: there is one initial state",
-        ),
+        ("(:init (unknown (q))) (:goal (q))", "2:8: `unknown` cannot stand here in `:init`"),
+        ("(:init (oneof (q) (or (q) (p a)))) (:goal (q))", "2:19: `or` cannot stand here in `:init`"),
+        ("(:init (oneof)) (:goal (q))", "2:8: `oneof` has no alternative"),
         ("(:init)", "2:1: the problem has no goal"),
         ("(:goal (q)) (:goal (q))", "2:13: the problem has two goals"),
         ("(:goal (preference (q)))", "2:8: expected `(preference NAME condition)`, found `(preference …)`"),
@@ -91,14 +99,8 @@ fn mistakes_in_problems_are_shown_at_their_places() {
             "2:53: the objective `Pills-Ward` is declared twice",
         ),
         ("(:goal (sometime (q)))", "2:8: conditions on whole paths, such as `sometime`, are not supported"),
-        (
-            "(:goal (q)) (:metric maximize (reward))",
-            "2:32: `reward` is not supported: only `total-cost` is counted",
-        ),
-        (
-            "(:goal (q)) (:goal-reward 100)",
-            "2:13: `:goal-reward` is not supported: there are no rewards except `total-cost`",
-        ),
+        ("(:goal (q)) (:goal-reward many)", "2:27: expected a number, found `many`"),
+        ("(:goal (q)) (:goal-reward 1) (:goal-reward 2)", "2:30: the goal has two rewards"),
     ] {
         let problem = format!("(define (problem p) (:objects a - t)\n{parts})");
         assert_eq!(first_error(&domain(""), &problem), format!("problem.pddl:{expected}"), "{parts}");
@@ -220,7 +222,7 @@ fn values_of_functions_are_costs() {
     let state = [0];
     let exact = |item: &RewardItem| planned.program.pool.exact(item.value, &state).unwrap();
     let shown: Vec<Exact> = costs.items.iter().map(exact).collect();
-    assert_eq!((costs.name.as_deref(), shown.len()), (Some("total-cost"), 4));
+    assert_eq!((costs.name.as_deref(), shown.len()), (Some("cost"), 4));
     assert_eq!(planned.program.actions, ["go(a,a)", "go(a,b)", "go(b,a)", "go(b,b)"]);
     let halves = |n: i64| Exact::Real(Real::Finite(Ratio::new(n.into(), 2.into())));
     assert_eq!(shown, [1, 5, 7, 1].map(halves));
@@ -239,9 +241,9 @@ fn values_of_functions_are_costs() {
 fn a_cost_without_a_value_is_refused_at_its_action() {
     let domain = domain("(:functions (far ?a - t)) (:action a :effect (increase (total-cost) (far a)))");
     let refused = first_error(&domain, PROBLEM);
-    assert_eq!(refused, "domain.pddl problem.pddl:2:27: the cost `far(a)` has no value");
+    assert_eq!(refused, "domain.pddl problem.pddl:2:27: the amount `far(a)` has no value");
     let negative = PROBLEM.replace("(p a)) (:goal", "(p a) (= (far a) -1)) (:goal");
-    assert!(first_error(&domain, &negative).ends_with("the cost `far(a)` is less than 0"));
+    assert!(first_error(&domain, &negative).ends_with("the amount `far(a)` is a cost less than 0"));
 }
 
 /// Collections write types next to their dash, atoms without brackets, and facts about objects that nothing declares.

@@ -3,6 +3,8 @@
 mod agreement;
 mod drawn;
 mod errors;
+mod initial;
+mod measures;
 mod quantified;
 
 use meliora_base::error::{Result, SourceFile};
@@ -98,7 +100,8 @@ fn costs_are_a_reward_structure() {
     let problem =
         "(define (problem q) (:init (= (total-cost) 0)) (:goal (p)) (:metric minimize (total-cost)))";
     let program = loaded(domain, problem).unwrap();
-    assert_eq!(program.rewards[0].name.as_deref(), Some("total-cost"));
+    assert_eq!(program.rewards[0].name.as_deref(), Some("cost"));
+    assert_eq!(["cost", "total-cost"].map(|name| program.reward_structure(Some(name))), [Some(0); 2]);
     let item = &program.rewards[0].items[0];
     assert_eq!(program.pool.eval(item.value, &[0]), Ok(meliora_base::value::Value::Real(2.5)));
     assert_eq!(program.rewards[0].items.len(), 1);

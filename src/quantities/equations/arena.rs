@@ -5,11 +5,13 @@ use std::sync::Arc;
 
 use bitvec::vec::BitVec;
 use meliora_base::error::{Limit, Result};
+use meliora_base::exact::Ratio;
 use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
 use meliora_engine::explicit::weighted::{Codec, Fractions, Walker};
 use meliora_model::rewards::Earner;
 use meliora_model::{Program, State};
+use num_traits::Zero;
 
 use super::codes::Codes;
 use super::cost::check_rewards;
@@ -131,8 +133,26 @@ impl<'e> Arena<'e> {
     /// A reward is negative or has no value in some state; a limit is reached.
     pub fn rewards<E: Engine>(&self, engine: &E, structure: usize) -> Result<Rewards> {
         let program = self.program;
-        let items = &program.rewards[structure];
-        check_rewards(engine, program, items, &program.wrong_rewards(structure))?;
+        check_rewards(engine, program, &program.rewards[structure], &program.wrong_rewards(structure))?;
+        self.signed_rewards(structure)
+    }
+
+    /// Returns the differences of rewards of any sign to the least one, and the least one, or 0 if none is negative. The
+    /// sum over n steps is the sum of the differences and n times the least one.
+    ///
+    /// # Errors
+    /// A reward has no value in some state; a limit is reached.
+    pub fn rewards_above_least(&self, structure: usize) -> Result<(Rewards, Ratio)> {
+        let mut rewards = self.signed_rewards(structure)?;
+        let least = rewards.fractions.list().iter().min().cloned().unwrap_or_default().min(Ratio::zero());
+        if !least.is_zero() {
+            rewards.fractions = rewards.fractions.moved_by(&-&least);
+        }
+        Ok((rewards, least))
+    }
+
+    fn signed_rewards(&self, structure: usize) -> Result<Rewards> {
+        let (program, items) = (self.program, &self.program.rewards[structure]);
         let mut meter = self.meter();
         meter.take((self.states() + self.choices.start.len()) * 4)?;
         let by_state = items.items.iter().all(|item| matches!(item.earner, Earner::State));
@@ -142,7 +162,7 @@ impl<'e> Arena<'e> {
         for number in 0..self.states() {
             meter.step()?;
             let state = self.state(number);
-            let own = program.reward_of(items, &state, &[])?;
+            let own = program.signed_reward_of(items, &state, &[])?;
             let own = rewards.fractions.number(own);
             rewards.of_state.push(own);
             if !by_state {
@@ -153,7 +173,7 @@ impl<'e> Arena<'e> {
                     true => own,
                     false => {
                         let taken = walk.taken(self.positions.get(choice) as usize);
-                        let reward = program.reward_of(items, &state, &taken.combinations)?;
+                        let reward = program.signed_reward_of(items, &state, &taken.combinations)?;
                         rewards.fractions.number(reward)
                     }
                 });

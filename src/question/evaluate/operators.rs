@@ -8,9 +8,11 @@ use super::products::Product;
 use super::{Evaluator, Number};
 use crate::answer::{ASK_QUALITATIVELY, NEITHER};
 use meliora_base::error::{Error, Result};
-use meliora_base::exact::{Exact, Real};
+use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::value::EvalError;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
+use meliora_lang::ast::BinaryOp;
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Path, Single, Step, Term};
 use meliora_model::State;
@@ -20,6 +22,7 @@ use meliora_quantities::equations::arena::{Arena, Goal};
 use meliora_quantities::path_values::Answer;
 use meliora_quantities::sought::{Compute, Sought};
 use meliora_quantities::vector::{self, Accumulation, Until};
+use num_traits::{Signed, ToPrimitive, Zero};
 
 impl<E: Engine> Evaluator<'_, '_, E> {
     pub(super) fn probability(&self, asked: &Operator<'_, E::States>, path: &Path) -> Result<Vec<Number>> {
@@ -155,10 +158,11 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     ) -> Result<Vec<Number>> {
         let structure = rewards.find(self.program);
         let structure = structure.ok_or_else(|| Error::Usage("unknown reward structure".to_owned()))?;
-        let accumulation = match accumulated {
+        // The rewards of a number of steps may be negative.
+        let (accumulation, steps) = match accumulated {
             Accumulated::Until(path) => return self.reward_until(asked, structure, path),
-            Accumulated::Within(steps) => Accumulation::Within(*steps),
-            Accumulated::Total => Accumulation::Total,
+            Accumulated::Within(steps) => (Accumulation::Within(*steps), Some(*steps)),
+            Accumulated::Total => (Accumulation::Total, None),
             Accumulated::Anyway(states) => {
                 let target = self.states(states, &self.engine.all_states())?;
                 let goal = goal(asked.measured.optimum, self.engine.is_game());
@@ -168,13 +172,42 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     vector::reward(arena, &rewards, &anyway, goal, asked.precision)
                 });
             }
-            Accumulated::At(steps) => Accumulation::At(*steps),
-            Accumulated::LongRun => Accumulation::LongRun,
+            Accumulated::At(steps) => (Accumulation::At(*steps), Some(1)),
+            Accumulated::LongRun => (Accumulation::LongRun, Some(1)),
         };
+        self.earned(asked, structure, &accumulation, steps)
+    }
+
+    /// Returns the reward of all steps, or the rewards of any sign of `steps` steps.
+    fn earned(
+        &self,
+        asked: &Operator<'_, E::States>,
+        structure: usize,
+        accumulation: &Accumulation,
+        steps: Option<u64>,
+    ) -> Result<Vec<Number>> {
         let goal = goal(asked.measured.optimum, self.engine.is_game());
-        self.in_arena(asked, |arena, engine| {
-            vector::reward(arena, &arena.rewards(engine, structure)?, &accumulation, goal, asked.precision)
-        })
+        let mut least = Ratio::zero();
+        let found = self.in_arena(asked, |arena, engine| {
+            let rewards = match steps {
+                None => arena.rewards(engine, structure)?,
+                Some(steps) => {
+                    let (rewards, of_step) = arena.rewards_above_least(structure)?;
+                    least = of_step * Ratio::from_integer(steps.into());
+                    rewards
+                }
+            };
+            // The difference is as exact as both numbers.
+            let scale = 1.0 + least.abs().to_f64().unwrap_or(f64::MAX);
+            vector::reward(arena, &rewards, accumulation, goal, asked.precision / scale)
+        })?;
+        if least.is_zero() {
+            return Ok(found);
+        }
+        let least = Number::fraction(&least);
+        let moved = |number: &Number| number.arithmetic(BinaryOp::Add, &least);
+        let wrong = |e: EvalError| Error::Usage(format!("the reward has no value: {e}"));
+        found.iter().map(moved).collect::<Result<_, EvalError>>().map_err(wrong)
     }
 
     /// Returns the reward until a formula is satisfied.
