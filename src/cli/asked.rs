@@ -15,7 +15,7 @@ use super::options::ModelArgs;
 use super::progress::TerminalSink;
 
 /// The refusal of a question that means the goal of a problem without one.
-pub(super) const NO_GOAL: &str = "this problem has preferences and no goal that must hold: `--target EXPR` gives one, and `check` judges the preferences";
+pub(super) const NO_GOAL: &str = "this problem has no goal that must hold: `--target EXPR` gives one; `check` judges preferences, and `--property` asks about rewards";
 
 /// The questions of the command line as texts.
 pub(super) struct Texts<'a> {

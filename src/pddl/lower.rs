@@ -357,9 +357,13 @@ impl Lowering<'_> {
         (new != old).then_some(new)
     }
 
-    /// Returns the labels: the goal and the preferences. A goal of preferences alone holds everywhere.
+    /// Returns the labels: the goal and the preferences. A goal of preferences alone holds everywhere; a problem of
+    /// rewards alone has none.
     fn labels(&mut self) -> Vec<(String, ExprId)> {
         let ground = self.ground;
+        if ground.goal.is_none() && ground.preferences.is_empty() {
+            return Vec::new();
+        }
         let goal = ground.goal.as_ref().unwrap_or(&Ground::True);
         let mut labels = vec![(GOAL.to_owned(), self.condition(goal))];
         for (name, condition) in &ground.preferences {

@@ -4,7 +4,7 @@ use super::Checker;
 use super::initial::Fact;
 use super::requirements::Requirement;
 use crate::syntax::Node;
-use crate::task::Condition;
+use crate::task::{Condition, Measure};
 use meliora_base::error::Severity;
 use meliora_model::planning::GOAL;
 
@@ -31,8 +31,13 @@ impl Checker {
             checker.goal(parts, node, &mut goals);
         });
         if !is_given && let Some(last) = problem.last() {
-            let wrong = last.wrong("the problem has no goal").help("add `(:goal condition)`");
-            self.report::<()>(wrong);
+            let wrong = last.wrong("the problem has no goal");
+            if self.measures.contains(&Measure::Reward) {
+                let note = wrong.severity(Severity::Warning).label("only its rewards can be asked about");
+                self.faults.notes.push(note);
+            } else {
+                self.report::<()>(wrong.help("add `(:goal condition)`"));
+            }
         }
         self.begin_by(first, &mut goals);
         self.named(problem, ":goal-reward", |checker, parts, node| checker.goal_reward(parts, node));

@@ -438,20 +438,17 @@ impl Eff {
     fn earned(&self, values: &[usize], state: &State) -> Ratio {
         let whole = |n: u32| Ratio::from_integer(n.into());
         match self {
-            Eff::Atom(..) | Eff::OneOf(_) => whole(0),
             Eff::Earn(amount) => whole(*amount),
             Eff::And(all) => all.iter().map(|e| e.earned(values, state)).sum(),
-            Eff::When(condition, inner) => match condition.holds(state, &mut values.to_vec()) {
-                true => inner.earned(values, state),
-                false => whole(0),
-            },
+            Eff::When(condition, _) if !condition.holds(state, &mut values.to_vec()) => whole(0),
+            Eff::When(_, inner) => inner.earned(values, state),
             Eff::All(of, inner) => {
-                let under = |o: &usize| values.iter().chain([o]).copied().collect::<Vec<_>>();
-                TYPES[*of].1.iter().map(|o| inner.earned(&under(o), state)).sum()
+                TYPES[*of].1.iter().map(|&o| inner.earned(&[values, &[o]].concat(), state)).sum()
             }
             Eff::Probably(all) => {
                 all.iter().map(|(tenths, e)| e.earned(values, state) * whole(*tenths) / whole(10)).sum()
             }
+            Eff::Atom(..) | Eff::OneOf(_) => whole(0),
         }
     }
 

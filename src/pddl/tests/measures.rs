@@ -93,3 +93,12 @@ fn parts_whose_static_condition_fails_do_not_multiply_outcomes() {
     let steps = program.exact_steps(&initial(&program)).unwrap();
     assert!(steps.iter().all(|step| step.successors.len() <= 2));
 }
+
+#[test]
+fn a_problem_of_rewards_alone_has_no_goal() {
+    let domain =
+        "(define (domain d) (:predicates (g)) (:action try :effect (and (g) (increase (reward) 1))))";
+    let program = loaded(domain, "(define (problem p) (:init) (:metric maximize (reward)))").unwrap();
+    assert_eq!(earned(&program, "reward", &initial(&program)), [("try".to_owned(), fraction(1, 1))]);
+    assert!(program.labels.is_empty() && !program.planning.unwrap().has_goal());
+}
