@@ -8,7 +8,7 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `ask`, `results`, `quantities`, `report`, `dumps`.
+//! `projection`, `model`, `ask`, `results`, `quantities`, `report`, `dumps`, `sweep`.
 
 mod analysis;
 mod ask;
@@ -22,6 +22,8 @@ mod quantities;
 mod report;
 mod results;
 mod states;
+#[cfg(feature = "output")]
+pub mod sweep;
 
 pub use analysis::Analysis;
 pub use ask::{Ask, AskResult, Properties};
