@@ -101,13 +101,11 @@ impl SharedStrategy {
                 return Ok(found);
             }
         }
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("strategy", String::new());
+        self.space.worker.phase(py, &Call::plain(), "strategy", move || {
             let mut strategy = lock(&inner);
             let memory = memory_of(&strategy, &state)?;
             strategy.explain(&state, memory)
-        };
-        self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
+        })
     }
 
     /// Returns whether even the memory of a state may need a computation: a plan determines which
@@ -326,12 +324,8 @@ impl Strategy {
     ) -> PyResult<Shield> {
         let limit = options::count("limit", limit)?;
         let (call, inner) = (Call::new(timeout, progress)?, Arc::clone(&self.shared.inner));
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("shield", String::new());
-            meliora::Shield::new(&mut lock(&inner), limit)
-        };
-        let found = self.shared.space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
-        Shield::new(py, found)
+        let work = move || meliora::Shield::new(&mut lock(&inner), limit);
+        Shield::new(py, self.shared.space.worker.phase(py, &call, "shield", work)?)
     }
 
     /// Starts a run in a state; it keeps the memory of the strategy.
