@@ -110,7 +110,8 @@ pub mod tutorial;
 
 #[doc(inline)]
 pub use embed::{
-    Analysis, Ask, AskResult, Exploration, Listing, Model, Projection, Properties, Reached, States, Wanted,
+    Analysis, Ask, AskResult, Exploration, Listing, Missed, Model, Position, Projection, Properties, Reached,
+    Record, RecordedRun, ShieldTable, States, Wanted,
 };
 #[doc(inline)]
 #[cfg(feature = "output")]

@@ -6,7 +6,7 @@
 //! Each file imports only files of the lines before its own:
 //!
 //! - `arrays`, `display`, `errors`, `progress`, `region_export`
-//! - `files`, `shield_table`, `values`, `worker`
+//! - `files`, `values`, `worker`
 //! - `options`, `preferences`, `region`
 //! - `explanation`, `handle`, `shield`, `simulation`
 //! - `strategy`, `levels`, `analysis`, `exploration`, `model`, `dump`, `sweep`, each of which may use the others
@@ -30,7 +30,6 @@ mod progress;
 mod region;
 mod region_export;
 mod shield;
-mod shield_table;
 mod simulation;
 mod strategy;
 mod sweep;

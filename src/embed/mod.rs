@@ -8,16 +8,19 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `ask`, `results`, `quantities`, `report`, `dumps`, `sweep`.
+//! `projection`, `model`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `report`, `dumps`, `sweep`.
 
 mod analysis;
 mod ask;
 mod dumps;
+mod episodes;
 mod exploration;
+mod levels;
 mod members;
 mod model;
 mod projection;
 mod quantities;
+mod record;
 #[cfg(feature = "output")]
 mod report;
 mod results;
@@ -27,11 +30,13 @@ pub mod sweep;
 
 pub use analysis::Analysis;
 pub use ask::{Ask, AskResult, Properties};
+pub use episodes::{Missed, Position, ShieldTable};
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;
 pub use projection::Projection;
 pub use quantities::Wanted;
+pub use record::{Record, RecordedRun};
 #[cfg(feature = "output")]
 pub use report::Drawing;
 pub use states::States;
