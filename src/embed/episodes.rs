@@ -95,7 +95,7 @@ impl ShieldTable {
     /// Returns the node in which an episode starts.
     ///
     /// # Errors
-    /// No episode starts in the state.
+    /// The state is not the start of an episode.
     pub fn start(&self, values: &[i64]) -> Result<usize, Missed> {
         let mut values = values.iter();
         let of = |variable: &ShieldVariable| variable.monitor.or_else(|| values.next().copied());

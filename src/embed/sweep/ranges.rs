@@ -177,7 +177,7 @@ fn shown(value: i128, digits: usize) -> String {
 /// Returns the number of combinations of values.
 ///
 /// # Errors
-/// There are more than [`MOST_INSTANCES`].
+/// There are more than 1,000,000.
 pub fn count(ranges: &[Range]) -> Result<usize, Error> {
     let count = ranges.iter().try_fold(1usize, |n, r| n.checked_mul(r.values.len()));
     count.filter(|&n| n <= MOST_INSTANCES).ok_or_else(|| {
