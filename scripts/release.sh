@@ -108,7 +108,7 @@ if [ ! -x "$maturin" ]; then
   "$work/venv/bin/pip" install --quiet 'maturin>=1.9,<2'
   maturin=$work/venv/bin/maturin
 fi
-"$maturin" build --profile "$profile" --locked --manifest-path python/Cargo.toml --out "$out"
+"$maturin" build --strip --profile "$profile" --locked --manifest-path python/Cargo.toml --out "$out"
 
 (cd "$out" && sha256sum -- *.tar.gz *.whl >SHA256SUMS)
 ls -l "$out"

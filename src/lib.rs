@@ -34,7 +34,7 @@
 //! Most programs need the types on this page only: a [`Model`] is read from a text and explored; an
 //! [`Exploration`] answers with sets of states ([`States`]) and prepares an [`Analysis`], which has
 //! the results under preferences and returns [`Strategy`]s. None of them borrows, and clones share
-//! their results. [`advanced`] has the sets of each engine, variable orders and thresholds.
+//! their results. `sweep` (feature `output`) has the rows of many instances. [`advanced`] has the sets of each engine, variable orders and thresholds.
 //!
 //! The library never prints, reads the clock or the environment, or ends the process; only the
 //! command does (feature `cli`). A computation that runs out of memory or time returns
@@ -109,12 +109,13 @@ pub mod supervise;
 pub mod tutorial;
 
 #[doc(inline)]
-#[cfg(feature = "output")]
-pub use embed::Drawing;
-#[doc(inline)]
 pub use embed::{
-    Analysis, Ask, AskResult, Exploration, Listing, Model, Projection, Properties, Reached, States, Wanted,
+    Analysis, Ask, AskResult, Exploration, Listing, Missed, Model, Position, Projection, Properties, Reached,
+    Record, RecordedRun, ShieldTable, States, Wanted,
 };
+#[doc(inline)]
+#[cfg(feature = "output")]
+pub use embed::{Drawing, sweep};
 #[doc(inline)]
 pub use meliora_base::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
 #[doc(inline)]
@@ -205,8 +206,10 @@ pub mod model {
 #[cfg(feature = "output")]
 pub mod output {
     #[doc(inline)]
+    pub use meliora_report::columns::Row;
+    #[doc(inline)]
     pub use meliora_report::{
-        CheckReport, Failure, Header, Number, Report, Style, check, choose, page, reason, schema,
+        CheckReport, Failure, Header, Number, ReachReport, Report, Style, check, choose, page, reason, schema,
     };
 }
 

@@ -96,7 +96,7 @@ impl Analysis {
         report
     }
 
-    fn report(&self, py: Python<'_>) -> PyResult<CheckReport> {
+    pub(crate) fn report(&self, py: Python<'_>) -> PyResult<CheckReport> {
         let source = Arc::clone(&self.origin.preferences.get().source);
         self.handle.long(py, move |analysis| analysis.report(&source.name))
     }

@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use meliora::engine::Selection;
 use meliora::question::WantedStrategies;
-use meliora::supervise::Reporter;
 use meliora::{Limit, Properties, Settings, SourceFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -19,7 +18,7 @@ use crate::options::{self, ExploreOptions};
 use crate::preferences::{self, Preferences};
 use crate::region::Space;
 use crate::worker::Call;
-use crate::{files, values};
+use crate::{files, sweep, values};
 
 impl Model {
     /// Returns a space with a new worker, the settings, and whether several ways race.
@@ -199,11 +198,7 @@ impl Model {
         let (require, strategies) = (require.unwrap_or_default(), WantedStrategies { strong, policy });
         let ask = meliora::Ask { require, precision, strategies, engine };
         let (call, inner, is_one) = (Call::new(timeout, progress)?, model.inner.clone(), given.is_one());
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("properties", String::new());
-            given.ask(&inner, &ask, settings)
-        };
-        let found = space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
+        let found = space.worker.phase(py, &call, "properties", move || given.ask(&inner, &ask, settings))?;
         let answers = values::plain(py, to_string(&found.answers.properties))?;
         if let Some(limit) = found.limit {
             return Err(ended(py, &space, limit, ("properties", answers)));
@@ -219,7 +214,7 @@ impl Model {
         Ok(if is_one { one.unbind() } else { answers })
     }
 
-    /// Returns the object of `meliora reach --json` about some properties, with the largest number of nodes.
+    /// Answers the properties of an instance of a sweep.
     #[pyo3(signature = (properties, *, scope, engine, memory, timeout))]
     fn _answers(
         &self,
@@ -229,23 +224,18 @@ impl Model {
         engine: &str,
         memory: Option<&Bound<'_, PyAny>>,
         timeout: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Py<PyAny>> {
+    ) -> PyResult<sweep::Answers> {
         let (space, settings, is_any) = self.space(&ExploreOptions { scope, engine, memory, order: None })?;
         let ask = meliora::Ask { engine: selection(&settings, is_any), ..meliora::Ask::default() };
         let (call, inner) = (Call::new(timeout, None)?, self.inner.clone());
-        let work = move |_: &Reporter<'_>| {
-            inner.ask(
-                Properties::Each(&Vec::from_iter(properties.iter().map(String::as_str))),
-                &ask,
-                settings,
-            )
+        let work = move || {
+            let texts = Vec::from_iter(properties.iter().map(String::as_str));
+            inner.ask(Properties::Each(&texts), &ask, settings)
         };
-        let found = space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
-        let answers = values::plain(py, to_string(&found.answers))?;
-        let nodes = found.usage.map(|usage| usage.peak_nodes);
-        answers.bind(py).set_item("peak_nodes", nodes)?;
+        let found = space.worker.phase(py, &call, "properties", work)?;
+        let answers = sweep::Answers { answers: found.answers, usage: found.usage };
         match found.limit {
-            Some(limit) => Err(ended(py, &space, limit, ("answers", answers))),
+            Some(limit) => Err(ended(py, &space, limit, ("answers", Py::new(py, answers)?.into_any()))),
             None => Ok(answers),
         }
     }

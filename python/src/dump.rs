@@ -193,11 +193,8 @@ pub(crate) fn verify(
     let (call, worker) = (Call::new(timeout, progress)?, Worker::new(default_memory()));
     let source = Arc::clone(&preferences::given(py, preferences, model.get().inner.program())?.get().source);
     let (settings, inner) = (settings(&worker), model.get().inner.clone());
-    let work = move |reporter: &meliora::supervise::Reporter<'_>| {
-        reporter.report("verify", String::new());
-        inner.verify(&source, Path::new(&folder), settings)
-    };
-    let (program, verdict) = worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
+    let work = move || inner.verify(&source, Path::new(&folder), settings);
+    let (program, verdict) = worker.phase(py, &call, "verify", work)?;
     let state = verdict.violation.as_ref().and_then(|violation| violation.state.as_ref());
     let state = state.map(|state| Names::new(py, &program).dict(py, state)).transpose()?;
     Ok(Verdict {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use meliora::engine::Engine;
 use meliora::model::{Program, State};
 use meliora::planning::result::ModelCounts;
-use meliora::supervise::{Reporter, lock};
+use meliora::supervise::lock;
 use meliora::{Event, Options, Reached, Safety, Settings, States};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -48,11 +48,8 @@ impl Exploration {
         call: &Call,
     ) -> PyResult<Self> {
         let (py, model) = (object.py(), model.clone());
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("states", String::new());
-            if is_any { model.explore_by_any(settings) } else { model.explore(settings) }
-        };
-        let inner = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let work = move || if is_any { model.explore_by_any(settings) } else { model.explore(settings) };
+        let inner = space.worker.phase(py, call, "states", work)?;
         Ok(Exploration::new(inner, space, object.unbind()))
     }
 
@@ -69,11 +66,8 @@ impl Exploration {
     ) -> PyResult<Analysis> {
         supports(self.inner.program(), options.safety)?;
         let (inner, source) = (self.inner.clone(), Arc::clone(&preferences.get().source));
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("preferences", String::new());
-            inner.prefer(&source, options)
-        };
-        let analysis = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let work = move || inner.prefer(&source, options);
+        let analysis = self.space.worker.phase(py, call, "preferences", work)?;
         let program = Arc::clone(self.inner.program());
         let (handle, origin) =
             begun(py, (&self.space, &self.model), program, analysis, (preferences, options))?;
@@ -95,8 +89,7 @@ impl Exploration {
         supports(&program, options.safety)?;
         let (model, source) = (model.clone(), Arc::clone(&preferences.get().source));
         let supervisor = Arc::clone(&space.worker.supervisor);
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("states", String::new());
+        let work = move || {
             let listen = |event: Event<'_>| {
                 if let Event::Part(phase, part) = event {
                     supervisor.set_position(phase.name(), part.to_owned());
@@ -104,7 +97,7 @@ impl Exploration {
             };
             model.check_by_any(&source, options, settings, &listen)
         };
-        let (analysis, limit) = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let (analysis, limit) = space.worker.phase(py, call, "states", work)?;
         let place = (space, &object.unbind());
         let (handle, origin) = begun(py, place, program, analysis, (preferences, options))?;
         let limit = limit.map(|limit| Failure::of(limit.into()).at(space.worker.supervisor.position()));
@@ -123,12 +116,8 @@ impl Exploration {
         call: &Call,
     ) -> PyResult<Reachability> {
         let model = model.clone();
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("target", String::new());
-            model.ask_by_any(settings, &|explored| explored.reach_where(&question))
-        };
-        let found = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        Reachability::of(py, space, found)
+        let answer = move || model.ask_by_any(settings, &|explored| explored.reach_where(&question));
+        Reachability::of(py, space, space.worker.phase(py, call, "target", answer)?)
     }
 
     /// Answers a question about paths that is given as text.
@@ -149,16 +138,11 @@ impl Exploration {
         call: &Call,
     ) -> PyResult<Reachability> {
         let model = model.clone();
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("target", String::new());
-            if is_any {
-                model.reach_stopping_by_any(&question, settings)
-            } else {
-                model.reach_stopping(&question, settings)
-            }
+        let answer = move || match is_any {
+            true => model.reach_stopping_by_any(&question, settings),
+            false => model.reach_stopping(&question, settings),
         };
-        let found = space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        Reachability::of(py, space, found)
+        Reachability::of(py, space, space.worker.phase(py, call, "target", answer)?)
     }
 
     /// Computes the regions of a target.
@@ -176,12 +160,7 @@ impl Exploration {
         call: &Call,
         answer: impl FnOnce() -> meliora::Result<Reached> + Send + 'static,
     ) -> PyResult<Reachability> {
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("target", String::new());
-            answer()
-        };
-        let found = self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
-        Reachability::of(py, &self.space, found)
+        Reachability::of(py, &self.space, self.space.worker.phase(py, call, "target", answer)?)
     }
 
     /// Returns the states of a condition, or those with some values.

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use meliora::engine::Engine;
 use meliora::model::State;
-use meliora::supervise::{Reporter, lock};
+use meliora::supervise::lock;
 use meliora::{Analysis, AnalysisResult, Event, Result};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -83,11 +83,7 @@ impl Handle {
         query: impl FnOnce(&Analysis) -> Result<T> + Send + 'static,
     ) -> PyResult<T> {
         let analysis = Arc::clone(&self.analysis);
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report(phase, String::new());
-            query(&lock(&analysis))
-        };
-        self.space.worker.run(py, call, work).map_err(|failure| failure.raise(py))
+        self.space.worker.phase(py, call, phase, move || query(&lock(&analysis)))
     }
 
     /// Returns a region of each objective by its name: `almost-sure`, `positive` or `target`.

@@ -1,7 +1,7 @@
 //! Levels and ranks.
 
 use meliora::planning::levels::End;
-use meliora::{Analysis, Choose, Error, Kind, Projection, Result, States, Wanted};
+use meliora::{Analysis, Choose, Kind, Rank, Wanted};
 use num_bigint::BigUint;
 use pyo3::prelude::*;
 use pyo3::types::{PyIterator, PyTuple};
@@ -9,7 +9,7 @@ use pyo3::types::{PyIterator, PyTuple};
 use crate::arrays;
 use crate::errors::{unpicklable, usage};
 use crate::handle::Handle;
-use crate::region::{Region, View, shape};
+use crate::region::{Region, shape};
 use crate::strategy::Strategy;
 use crate::values::rank_of_safe;
 use crate::worker::Call;
@@ -20,31 +20,6 @@ use crate::worker::Call;
 pub(crate) struct Levels {
     pub(crate) kind: Kind,
     pub(crate) handle: Handle,
-}
-
-impl Levels {
-    /// Returns W_k: all states but the unsafe ones for k = 0; past the last level the fixpoint, which
-    /// may be empty.
-    fn level(analysis: &Analysis, kind: Kind, k: usize) -> Result<States> {
-        let Some(index) = k.checked_sub(1) else { return Ok(analysis.safe_states()) };
-        let found = analysis.level_states(kind);
-        if let Some(states) = found.get(index) {
-            return Ok(states.clone());
-        }
-        match &analysis.levels(kind).end {
-            Some(End::Empty) => Ok(none(analysis)),
-            Some(End::Unbounded(_)) => Ok(found.last().cloned().unwrap_or_else(|| none(analysis))),
-            Some(End::Cut) | None => {
-                Err(Error::Usage(format!("level {k} was not searched: {} are known", found.len())))
-            }
-        }
-    }
-}
-
-fn none(analysis: &Analysis) -> States {
-    let all = analysis.exploration().states();
-    // The engine computes a difference with itself at no cost.
-    all.difference(&all).unwrap_or(all)
 }
 
 #[pymethods]
@@ -77,11 +52,7 @@ impl Levels {
     /// because `max_level` or a limit ended the search.
     #[getter]
     fn unbounded(&self, py: Python<'_>) -> PyResult<Option<Region>> {
-        let found = self.handle.quick(py, |analysis| match &analysis.levels(self.kind).end {
-            Some(End::Empty) => Ok(Some(none(analysis))),
-            Some(End::Unbounded(_)) => Ok(analysis.level_states(self.kind).pop()),
-            Some(End::Cut) | None => Ok(None),
-        })?;
+        let found = self.handle.quick(py, |analysis| analysis.unbounded(self.kind))?;
         Ok(found.map(|states| self.handle.space.region(states)))
     }
 
@@ -115,7 +86,7 @@ impl Levels {
     ///     UsageError: The level was not computed.
     fn at_least(&self, py: Python<'_>, k: i64) -> PyResult<Region> {
         let k = level(k)?;
-        let states = self.handle.quick(py, |analysis| Levels::level(analysis, self.kind, k))?;
+        let states = self.handle.quick(py, |analysis| analysis.at_least(self.kind, k))?;
         Ok(self.handle.space.region(states))
     }
 
@@ -132,9 +103,7 @@ impl Levels {
             return Err(usage(format!("{k} is no rank: an int from 0, or math.inf")));
         }
         let (kind, k) = (self.kind, k as usize);
-        let states = self.handle.long(py, move |analysis| {
-            Levels::level(analysis, kind, k)?.difference(&Levels::level(analysis, kind, k + 1)?)
-        })?;
+        let states = self.handle.long(py, move |analysis| analysis.exactly(kind, k))?;
         Ok(self.handle.space.region(states))
     }
 
@@ -169,14 +138,11 @@ impl Levels {
         r#where: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let view = self.handle.space.view(row, column, r#where)?;
-        let plane = view.plane;
-        let kind = self.kind;
-        let (shape, ranks) = self.handle.long(py, move |analysis| {
-            let scope = analysis.safe_states().projection(view.plane, &view.fixed)?;
-            let ranks = ranks(analysis, kind, &view, &scope)?;
-            Ok((shape(plane, &scope), ranks))
-        })?;
-        arrays::floats(py, &ranks, &shape)
+        let (kind, plane) = (self.kind, view.plane);
+        let found = move |analysis: &Analysis| analysis.greatest_ranks(kind, plane, &view.fixed);
+        let (scope, ranks) = self.handle.long(py, found)?;
+        let ranks: Vec<f64> = ranks.into_iter().map(|rank| rank.map_or(f64::NAN, float_of)).collect();
+        arrays::floats(py, &ranks, &shape(plane, &scope))
     }
 
     /// Returns the strategies of this kind.
@@ -196,20 +162,12 @@ impl Levels {
     }
 }
 
-/// Computes the greatest rank for each cell of the scope's projection.
-fn ranks(analysis: &Analysis, kind: Kind, view: &View, scope: &Projection) -> Result<Vec<f64>> {
-    let mut ranks: Vec<f64> = scope.cells.iter().map(|&there| if there { 0.0 } else { f64::NAN }).collect();
-    let found = analysis.level_states(kind);
-    let unbounded = matches!(analysis.levels(kind).end, Some(End::Unbounded(_)));
-    for (index, level) in found.iter().enumerate() {
-        let is_last = index + 1 == found.len();
-        let rank = if unbounded && is_last { f64::INFINITY } else { (index + 1) as f64 };
-        let projection = level.projection(view.plane, &view.fixed)?;
-        for (cell, _) in ranks.iter_mut().zip(projection.cells).filter(|(_, there)| *there) {
-            *cell = rank;
-        }
+/// Converts a rank to a float.
+fn float_of(rank: Rank) -> f64 {
+    match rank {
+        Rank::Finite(k) | Rank::AtLeast(k) => k as f64,
+        Rank::Unbounded => f64::INFINITY,
     }
-    Ok(ranks)
 }
 
 /// Checks that a level is not negative.

@@ -6,10 +6,10 @@
 //! Each file imports only files of the lines before its own:
 //!
 //! - `arrays`, `display`, `errors`, `progress`, `region_export`
-//! - `files`, `shield_table`, `values`, `worker`
+//! - `files`, `values`, `worker`
 //! - `options`, `preferences`, `region`
 //! - `explanation`, `handle`, `shield`, `simulation`
-//! - `strategy`, `levels`, `analysis`, `exploration`, `model`, `dump`, each of which may use the others
+//! - `strategy`, `levels`, `analysis`, `exploration`, `model`, `dump`, `sweep`, each of which may use the others
 
 mod analysis;
 mod arrays;
@@ -30,37 +30,36 @@ mod progress;
 mod region;
 mod region_export;
 mod shield;
-mod shield_table;
 mod simulation;
 mod strategy;
+mod sweep;
 mod values;
 mod variable;
 mod worker;
 
-use pyo3::prelude::*;
+/// The compiled part of the package.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "the name is that of Python")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 
-#[pymodule]
-fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<model::Model>()?;
-    module.add_class::<variable::Variable>()?;
-    module.add_class::<preferences::Preferences>()?;
-    module.add_class::<exploration::Exploration>()?;
-    module.add_class::<exploration::Reachability>()?;
-    module.add_class::<analysis::Analysis>()?;
-    module.add_class::<levels::Levels>()?;
-    module.add_class::<region::Region>()?;
-    module.add_class::<region::RegionIterator>()?;
-    module.add_class::<shield::Shield>()?;
-    module.add_class::<strategy::Strategy>()?;
-    module.add_class::<play::Play>()?;
-    module.add_class::<explanation::Explanation>()?;
-    module.add_class::<explanation::Action>()?;
-    module.add_class::<explanation::Successor>()?;
-    module.add_class::<simulation::Simulation>()?;
-    module.add_class::<progress::Progress>()?;
-    module.add_class::<dump::Dump>()?;
-    module.add_class::<dump::Verdict>()?;
-    module.add_function(wrap_pyfunction!(dump::verify, module)?)?;
-    Ok(())
+    #[pymodule_export]
+    use crate::{
+        analysis::Analysis,
+        dump::{Dump, Verdict, verify},
+        explanation::{Action, Explanation, Successor},
+        exploration::{Exploration, Reachability},
+        levels::Levels,
+        model::Model,
+        play::Play,
+        preferences::Preferences,
+        progress::Progress,
+        region::{Region, RegionIterator},
+        shield::Shield,
+        simulation::Simulation,
+        strategy::Strategy,
+        sweep::{Answers, Columns, Rows},
+        variable::Variable,
+    };
 }

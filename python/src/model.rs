@@ -8,7 +8,7 @@ use meliora::SourceFile;
 use meliora::error::render;
 use meliora::lang::{Document, Given};
 use meliora::model::ModelKind;
-use meliora::supervise::{Reporter, memory};
+use meliora::supervise::memory;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList, PyTuple};
 
@@ -58,11 +58,8 @@ impl Model {
         let worker = Worker::new(memory::default_memory());
         let supervisor = Arc::clone(&worker.supervisor);
         let read = document.clone();
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("model", String::new());
-            meliora::Model::loaded(&read, &given, &*supervisor)
-        };
-        let inner = worker.run(py, call, work).map_err(|failure| failure.raise(py))?;
+        let work = move || meliora::Model::loaded(&read, &given, &*supervisor);
+        let inner = worker.phase(py, call, "model", work)?;
         let names = Names::new(py, inner.program());
         Ok(Model { inner, names, constants, bounds, document, coalition: None })
     }

@@ -7,12 +7,12 @@ use meliora::export::{read_shield, write_shield};
 use meliora::model::State;
 use meliora::planning::ShieldVariable;
 use meliora::supervise::lock;
+use meliora::{Missed, Position, ShieldTable};
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyBytes, PyDict, PyString, PyTuple};
+use pyo3::types::{PyBool, PyBytes, PyDict, PyList, PyString, PyTuple};
 
 use crate::arrays;
 use crate::errors::{Failure, usage};
-use crate::shield_table::{At, Missed, Table};
 use crate::values::as_dict;
 
 /// The permitted actions of all states, for an agent that acts step by step. A shield needs no
@@ -38,21 +38,25 @@ use crate::values::as_dict;
 /// A shield has one episode, and must not be used by several threads at once; `copy` is cheap.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Shield {
-    table: Arc<Table>,
+    table: Arc<ShieldTable>,
+    /// The answers for the masks of the table.
+    answers: Arc<[Answer]>,
     names: Vec<Py<PyString>>,
-    at: Mutex<At>,
+    at: Mutex<Position>,
 }
 
 impl Shield {
     pub(crate) fn new(py: Python<'_>, shield: meliora::Shield) -> PyResult<Self> {
-        let table = Table::new(py, shield)?;
+        let table = ShieldTable::from(shield);
+        let answer = |mask: &Vec<bool>| Answer::new(py, &table.shield.actions, mask);
+        let answers = table.masks().iter().map(answer).collect::<PyResult<_>>()?;
         let names = table.variables().map(|variable| PyString::new(py, &variable.name).unbind()).collect();
-        Ok(Shield { table: Arc::new(table), names, at: Mutex::default() })
+        Ok(Shield { table: Arc::new(table), answers, names, at: Mutex::default() })
     }
 
     /// Returns the position. The lock is never held while Python runs: the methods of a
     /// state may call this shield.
-    fn position(&self) -> At {
+    fn position(&self) -> Position {
         *lock(&self.at)
     }
 
@@ -86,12 +90,17 @@ impl Shield {
         own.zip(&values).map(|(variable, value)| read(variable, value)).collect()
     }
 
+    /// Returns the answer of the node that the episode is in when it observes a state.
+    fn answer(&self, state: &Bound<'_, PyAny>) -> PyResult<&Answer> {
+        Ok(&self.answers[self.table.mask_of(self.observe(state, false)?)])
+    }
+
     /// Moves to the node of a state. `again` says that the present state is a step, too.
     fn observe(&self, state: &Bound<'_, PyAny>, again: bool) -> PyResult<usize> {
         let values = self.values(state)?;
         let found = self.table.observe(self.position(), &values, again);
         let node = found.map_err(|missed| self.missed(state, &missed))?;
-        *lock(&self.at) = At { node: Some(node), taken: None };
+        *lock(&self.at) = Position { node: Some(node), taken: None };
         Ok(node)
     }
 
@@ -111,24 +120,25 @@ impl Shield {
         let values = self.values(state)?;
         let table = &*self.table;
         let Some(node) = memory else {
-            return match table.answer_of_state(&values) {
-                Some(Some(answer)) => Ok(&answer.flags),
+            return match table.mask_of_state(&values) {
+                Some(Some(mask)) => Ok(&table.masks()[mask]),
                 Some(None) => Err(usage(format!(
                     "the permitted actions in {state} depend on the memory; give what `memory` returned there"
                 ))),
                 None => Err(usage(format!("the shield does not know the state {state}"))),
             };
         };
-        if node >= table.shield.nodes.len() || !table.shown(node).eq(values.iter().copied()) {
+        if node >= table.shield.nodes.len() || !table.is_at(node, &values) {
             return Err(usage(format!("the memory {node} is not one of the state {state}")));
         }
-        Ok(&table.answer(node).flags)
+        Ok(&table.masks()[table.mask_of(node)])
     }
 
     /// Returns a shield with the same table and the same position.
     fn twin(&self, py: Python<'_>) -> Shield {
         let names = self.names.iter().map(|name| name.clone_ref(py)).collect();
-        Shield { table: Arc::clone(&self.table), names, at: Mutex::new(self.position()) }
+        let (table, answers) = (Arc::clone(&self.table), Arc::clone(&self.answers));
+        Shield { table, answers, names, at: Mutex::new(self.position()) }
     }
 
     /// Returns the number of an action that is given by its name or number.
@@ -168,6 +178,27 @@ fn is_bool(value: &Bound<'_, PyAny>) -> bool {
 /// The arguments that restore a pickled shield: the table, the node and the action taken there.
 type Pickled<'py> = (Bound<'py, PyBytes>, Option<usize>, Option<usize>);
 
+/// The permitted actions of nodes, as they are returned.
+struct Answer {
+    allowed: Py<PyTuple>,
+    mask: Py<PyAny>,
+}
+
+impl Answer {
+    fn new(py: Python<'_>, actions: &[String], flags: &[bool]) -> PyResult<Self> {
+        let names = actions.iter().zip(flags).filter(|(_, flag)| **flag).map(|(name, _)| name);
+        let allowed = PyTuple::new(py, names.collect::<Vec<_>>())?.unbind();
+        let mask = match py.import("numpy") {
+            Ok(_) => arrays::bools(py, flags, &[flags.len()])?,
+            Err(_) => PyList::new(py, flags)?.into_any(),
+        };
+        if mask.hasattr("setflags")? {
+            mask.call_method1("setflags", (false,))?;
+        }
+        Ok(Answer { allowed, mask: mask.unbind() })
+    }
+}
+
 #[pymethods]
 impl Shield {
     /// `"sasi"`, `"spi"`, `"plan"` or `"achieve"`.
@@ -196,7 +227,7 @@ impl Shield {
     fn reset(&self, state: &Bound<'_, PyAny>) -> PyResult<()> {
         let values = self.values(state)?;
         let node = self.table.start(&values).map_err(|missed| self.missed(state, &missed))?;
-        *lock(&self.at) = At { node: Some(node), taken: None };
+        *lock(&self.at) = Position { node: Some(node), taken: None };
         Ok(())
     }
 
@@ -214,7 +245,7 @@ impl Shield {
     /// Raises:
     ///     UsageError: The state does not follow the present one.
     fn mask(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Py<PyAny>> {
-        Ok(self.table.answer(self.observe(state, false)?).mask.clone_ref(py))
+        Ok(self.answer(state)?.mask.clone_ref(py))
     }
 
     /// Returns masks of many states at once, without an episode, such as those of a replay buffer: a
@@ -263,7 +294,7 @@ impl Shield {
 
     /// Returns the names of the permitted actions.
     fn allowed(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<Py<PyTuple>> {
-        Ok(self.table.answer(self.observe(state, false)?).allowed.clone_ref(py))
+        Ok(self.answer(state)?.allowed.clone_ref(py))
     }
 
     /// Returns the action if it is permitted, else a permitted one that makes progress where there is
@@ -277,11 +308,9 @@ impl Shield {
     ) -> PyResult<Bound<'py, PyAny>> {
         let asked = self.action(action)?;
         let node = self.observe(state, false)?;
-        let of_node = &self.table.shield.nodes[node];
-        let is_permitted = self.table.answer(node).flags[asked];
-        let taken = if is_permitted { asked } else { of_node.actions[of_node.pick].action };
+        let taken = self.table.correct(node, asked);
         lock(&self.at).taken = Some(taken);
-        Ok(match (is_permitted, action.is_instance_of::<PyString>()) {
+        Ok(match (taken == asked, action.is_instance_of::<PyString>()) {
             (true, _) => action.clone(),
             (_, true) => PyString::new(py, &self.table.shield.actions[taken]).into_any(),
             (_, false) => taken.into_pyobject(py)?.into_any(),
@@ -368,7 +397,7 @@ impl Shield {
     /// Pickles the table and the position of the episode.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Pickled<'py>)> {
         let table = serde_json::to_vec(&self.table.shield).map_err(|e| usage(e.to_string()))?;
-        let At { node, taken } = self.position();
+        let Position { node, taken } = self.position();
         let restore = py.get_type::<Shield>().getattr("_restore")?;
         Ok((restore, (PyBytes::new(py, &table), node, taken)))
     }
@@ -383,7 +412,7 @@ impl Shield {
             return Err(damaged("a number is out of range".to_owned()));
         }
         let shield = Shield::new(py, shield)?;
-        *lock(&shield.at) = At { node, taken };
+        *lock(&shield.at) = Position { node, taken };
         Ok(shield)
     }
 }

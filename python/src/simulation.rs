@@ -1,11 +1,10 @@
 //! Random runs as arrays.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use meliora::planning::tally::{Commitment, Tally, Trace};
-use meliora::planning::{Kind, Opponent, Setup, Simulation as Plays, StrategyKind};
-use meliora::{Result, Strategy};
+use meliora::planning::tally::{Commitment, Tally};
+use meliora::planning::{Kind, StrategyKind};
+use meliora::{Record, RecordedRun};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
@@ -16,7 +15,7 @@ use crate::values::{Names, rank_of};
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Simulation {
     names: Arc<Names>,
-    record: Recorder,
+    record: Record,
     /// The rank of the start state: an int, or `math.inf`.
     #[pyo3(get)]
     rank: Py<PyAny>,
@@ -65,87 +64,25 @@ pub(crate) struct Simulation {
     objectives: Vec<String>,
 }
 
-/// The record of some runs.
-pub(crate) struct Recorder {
-    /// The values of the start state.
-    start: Vec<i64>,
-    plays: Vec<Steps>,
-    actions: Vec<String>,
-    kind: StrategyKind,
-    /// The kind of the improvements.
-    levels: Kind,
-}
-
-/// The steps of one run.
-#[derive(Default)]
-struct Steps {
-    /// The values of the states entered, one state after the other.
-    states: Vec<i64>,
-    /// The actions, by their numbers.
-    actions: Vec<i64>,
-    improves: Vec<bool>,
-    /// The objectives that the run achieves, each with the number of steps until then.
-    achieved: BTreeMap<usize, i64>,
-}
-
-impl Recorder {
-    /// Simulates runs, and records them.
-    ///
-    /// # Errors
-    /// A command has no meaning in some state; a limit is reached.
-    pub(crate) fn record(
-        strategy: &mut Strategy,
-        (setup, opponent): (Setup, Opponent),
-        start: &[i64],
-    ) -> Result<(Tally, Recorder)> {
-        let mut numbers: BTreeMap<String, i64> = BTreeMap::new();
-        let mut actions = Vec::new();
-        let mut plays = Vec::new();
-        let mut each = |trace: &Trace| {
-            let mut steps = Steps::default();
-            steps.achieved.extend(trace.achieved.iter().map(|objective| (objective, 0)));
-            for (step, turn) in (1..).zip(&trace.turns) {
-                steps.achieved.extend(turn.achieved.iter().map(|objective| (objective, step)));
-                steps.states.extend(&turn.state);
-                steps.improves.push(turn.improves);
-                let number = numbers.entry(turn.action.clone()).or_insert_with(|| {
-                    actions.push(turn.action.clone());
-                    actions.len() as i64 - 1
-                });
-                steps.actions.push(*number);
-            }
-            plays.push(steps);
-        };
-        let tally = Plays::new(strategy, setup).against(opponent).run_each(start, &mut each)?;
-        let (kind, levels) = (strategy.kind(), strategy.levels());
-        Ok((tally, Recorder { start: start.to_vec(), plays, actions, kind, levels }))
-    }
-
-    /// Returns why no run has a step; `None` if some run has one.
-    fn reason(&self, tally: &Tally) -> Option<&'static str> {
-        let counted = tally.achieved.as_ref();
-        Some(match self.kind {
-            _ if self.longest() > 0 => return None,
-            _ if tally.is_unsafe => "no strategy keeps the requirements from the start",
-            _ if counted.is_some_and(|counted| counted.runs > 0) => {
-                "the pursued objective is achieved in the start"
-            }
-            _ if counted.is_some_and(|counted| counted.kept > 0) => {
-                "the pursued objective is kept by staying in the start"
-            }
-            StrategyKind::Achieve => "the strategy does not achieve the objective from the start",
-            StrategyKind::Plan => "there is nothing to improve in the start, and no objective is sure",
-            StrategyKind::Sasi if self.levels == Kind::Sasi => {
-                "no improvement is guaranteed from the start; kind=\"spi\" tries possible ones"
-            }
-            StrategyKind::Sasi | StrategyKind::Spi => "no improvement is possible from the start",
-        })
-    }
-
-    /// Returns the number of steps of the longest run.
-    fn longest(&self) -> usize {
-        self.plays.iter().map(|play| play.actions.len()).max().unwrap_or(0)
-    }
+/// Returns why no run has a step; `None` if some run has one.
+fn reason(record: &Record, kind: (StrategyKind, Kind), tally: &Tally) -> Option<&'static str> {
+    let counted = tally.achieved.as_ref();
+    Some(match kind.0 {
+        _ if record.longest() > 0 => return None,
+        _ if tally.is_unsafe => "no strategy keeps the requirements from the start",
+        _ if counted.is_some_and(|counted| counted.runs > 0) => {
+            "the pursued objective is achieved in the start"
+        }
+        _ if counted.is_some_and(|counted| counted.kept > 0) => {
+            "the pursued objective is kept by staying in the start"
+        }
+        StrategyKind::Achieve => "the strategy does not achieve the objective from the start",
+        StrategyKind::Plan => "there is nothing to improve in the start, and no objective is sure",
+        StrategyKind::Sasi if kind.1 == Kind::Sasi => {
+            "no improvement is guaranteed from the start; kind=\"spi\" tries possible ones"
+        }
+        StrategyKind::Sasi | StrategyKind::Spi => "no improvement is possible from the start",
+    })
 }
 
 impl Simulation {
@@ -154,7 +91,7 @@ impl Simulation {
         names: &Arc<Names>,
         objectives: Vec<String>,
         (tally, value): (&Tally, Option<Py<PyAny>>),
-        record: Recorder,
+        (record, kind): (Record, (StrategyKind, Kind)),
     ) -> PyResult<Self> {
         let improvements = PyDict::new(py);
         for (times, plays) in &tally.improvements {
@@ -187,7 +124,7 @@ impl Simulation {
             achieved_runs: tally.achieved.as_ref().map(|achieved| achieved.runs),
             kept_runs: tally.achieved.as_ref().map(|achieved| achieved.kept),
             commits: commits.unbind(),
-            reason: record.reason(tally),
+            reason: reason(&record, kind, tally),
             record,
             objectives,
         })
@@ -198,7 +135,7 @@ impl Simulation {
 impl Simulation {
     /// The number of runs.
     fn __len__(&self) -> usize {
-        self.record.plays.len()
+        self.record.runs.len()
     }
 
     /// The names of the variables, in the order of the last axis of `states`.
@@ -217,7 +154,7 @@ impl Simulation {
     /// The number of steps of each run: integers of shape (runs,).
     #[getter]
     fn lengths<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let lengths: Vec<i64> = self.record.plays.iter().map(|play| play.actions.len() as i64).collect();
+        let lengths: Vec<i64> = self.record.runs.iter().map(|play| play.actions.len() as i64).collect();
         arrays::longs(py, &lengths, &[lengths.len()])
     }
 
@@ -225,42 +162,24 @@ impl Simulation {
     /// Booleans as 0 and 1. A run that has ended stays in its last state.
     #[getter]
     fn states<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let (width, longest) = (self.record.start.len(), self.record.longest());
-        let mut all = Vec::with_capacity(self.record.plays.len() * (longest + 1) * width);
-        for play in &self.record.plays {
-            all.extend(&self.record.start);
-            all.extend(&play.states);
-            for _ in play.actions.len()..longest {
-                all.extend_from_within(all.len() - width..);
-            }
-        }
-        arrays::longs(py, &all, &[self.record.plays.len(), longest + 1, width])
+        let shape = [self.record.runs.len(), self.record.longest() + 1, self.record.start.len()];
+        arrays::longs(py, &self.record.states(), &shape)
     }
 
     /// The actions of each run by their indices in `action_names`: integers of shape (runs,
     /// longest), -1 after the end of a run.
     #[getter]
     fn actions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let longest = self.record.longest();
-        let mut all = Vec::with_capacity(self.record.plays.len() * longest);
-        for play in &self.record.plays {
-            all.extend(&play.actions);
-            all.extend((play.actions.len()..longest).map(|_| -1));
-        }
-        arrays::longs(py, &all, &[self.record.plays.len(), longest])
+        let all = self.record.steps(|run| &run.actions, -1);
+        arrays::longs(py, &all, &[self.record.runs.len(), self.record.longest()])
     }
 
     /// The steps that are improvements: Booleans of shape (runs, longest), False after the end of a
     /// run.
     #[getter]
     fn improves<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let longest = self.record.longest();
-        let mut all = Vec::with_capacity(self.record.plays.len() * longest);
-        for play in &self.record.plays {
-            all.extend(&play.improves);
-            all.extend((play.actions.len()..longest).map(|_| false));
-        }
-        arrays::bools(py, &all, &[self.record.plays.len(), longest])
+        let all = self.record.steps(|run| &run.improves, false);
+        arrays::bools(py, &all, &[self.record.runs.len(), self.record.longest()])
     }
 
     /// For each objective that some run achieved, the number of steps of each run until then: integers
@@ -269,8 +188,8 @@ impl Simulation {
     fn achieved<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let all = PyDict::new(py);
         for (objective, name) in self.objectives.iter().enumerate() {
-            let step = |play: &Steps| play.achieved.get(&objective).copied().unwrap_or(-1);
-            let steps: Vec<i64> = self.record.plays.iter().map(step).collect();
+            let step = |play: &RecordedRun| play.achieved.get(&objective).copied().unwrap_or(-1);
+            let steps: Vec<i64> = self.record.runs.iter().map(step).collect();
             if steps.iter().any(|&step| step >= 0) {
                 all.set_item(name, arrays::longs(py, &steps, &[steps.len()])?)?;
             }
@@ -281,7 +200,7 @@ impl Simulation {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let improvements = self.improvements.bind(py).repr()?;
         let reason = self.reason.map(|reason| format!(": {reason}")).unwrap_or_default();
-        let runs = self.record.plays.len();
+        let runs = self.record.runs.len();
         Ok(format!("<Simulation of {runs} plays, improvements {improvements}{reason}>"))
     }
 }

@@ -8,7 +8,7 @@ use meliora::output::reason::Words;
 use meliora::planning::explain::Explanation as Explained;
 use meliora::planning::{Memory, Scheduler, Setup};
 use meliora::supervise::{Reporter, lock};
-use meliora::{Choose, Error, Result, StrategyKind, ValuedRule, Wanted};
+use meliora::{Choose, Error, Record, Result, StrategyKind, ValuedRule, Wanted};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use serde_json::to_string;
@@ -19,7 +19,7 @@ use crate::handle::Handle;
 use crate::play::Play;
 use crate::region::Space;
 use crate::shield::Shield;
-use crate::simulation::{Recorder, Simulation};
+use crate::simulation::Simulation;
 use crate::values::plain;
 use crate::worker::Call;
 use crate::{arrays, options};
@@ -101,13 +101,11 @@ impl SharedStrategy {
                 return Ok(found);
             }
         }
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("strategy", String::new());
+        self.space.worker.phase(py, &Call::plain(), "strategy", move || {
             let mut strategy = lock(&inner);
             let memory = memory_of(&strategy, &state)?;
             strategy.explain(&state, memory)
-        };
-        self.space.worker.run(py, &Call::plain(), work).map_err(|failure| failure.raise(py))
+        })
     }
 
     /// Returns whether even the memory of a state may need a computation: a plan determines which
@@ -326,12 +324,8 @@ impl Strategy {
     ) -> PyResult<Shield> {
         let limit = options::count("limit", limit)?;
         let (call, inner) = (Call::new(timeout, progress)?, Arc::clone(&self.shared.inner));
-        let work = move |reporter: &Reporter<'_>| {
-            reporter.report("shield", String::new());
-            meliora::Shield::new(&mut lock(&inner), limit)
-        };
-        let found = self.shared.space.worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
-        Shield::new(py, found)
+        let work = move || meliora::Shield::new(&mut lock(&inner), limit);
+        Shield::new(py, self.shared.space.worker.phase(py, &call, "shield", work)?)
     }
 
     /// Starts a run in a state; it keeps the memory of the strategy.
@@ -383,18 +377,19 @@ impl Strategy {
         let inner = Arc::clone(&self.shared.inner);
         let work = move |reporter: &Reporter<'_>| {
             reporter.report("plays", format!("{runs} plays"));
-            Recorder::record(&mut lock(&inner), (setup, opponent), &start)
+            Record::simulate(&mut lock(&inner), (setup, opponent), &start)
         };
         let worker = &self.shared.space.worker;
-        let objectives = self.shared.quick(py, |strategy| {
-            Ok(strategy.preferences().objectives.iter().map(|o| o.name.clone()).collect())
+        let (objectives, kind) = self.shared.quick(py, |strategy| {
+            let names = strategy.preferences().objectives.iter().map(|o| o.name.clone());
+            Ok((names.collect(), (strategy.kind(), strategy.levels())))
         })?;
         let (tally, record) = worker.run(py, &call, work).map_err(|failure| failure.raise(py))?;
         let attained = attained.as_ref().map(Attains::new).zip(tally.sample.clone());
         let value = attained
             .map(|(value, sample)| plain(py, to_string(&Comparison { value, sample })))
             .transpose()?;
-        Simulation::new(py, &self.shared.space.names, objectives, (&tally, value), record)
+        Simulation::new(py, &self.shared.space.names, objectives, (&tally, value), (record, kind))
     }
 
     fn __repr__(&self) -> String {

@@ -140,6 +140,24 @@ impl Worker {
         self.run(py, &Call::plain(), |_| work()).map_err(|failure| failure.raise(py))
     }
 
+    /// Runs the work of a call, which calls it `phase`.
+    ///
+    /// # Errors
+    /// See [`Worker::run`].
+    pub(crate) fn phase<T: Send + 'static>(
+        self: &Arc<Self>,
+        py: Python<'_>,
+        call: &Call,
+        phase: &'static str,
+        work: impl FnOnce() -> Result<T, Error> + Send + 'static,
+    ) -> PyResult<T> {
+        let work = move |reporter: &Reporter<'_>| {
+            reporter.report(phase, String::new());
+            work()
+        };
+        self.run(py, call, work).map_err(|failure| failure.raise(py))
+    }
+
     /// Runs the work of a call.
     ///
     /// # Errors

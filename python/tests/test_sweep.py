@@ -21,7 +21,7 @@ import pytest
 
 import meliora
 from conftest import MODELS, ROOT, TOY, WISHES
-from meliora import _rows, _sweep
+from meliora import _sweep
 
 CHAIN = (MODELS / "chain.prism", MODELS / "chain.pref")
 #: The columns that differ from run to run.
@@ -314,6 +314,17 @@ def test_a_file_of_something_else_is_not_overwritten(tmp_path: Path) -> None:
     with pytest.raises(meliora.UsageError, match="line 3: this row does not belong"):
         meliora.sweep(model, PREFERENCES, N=2, K=1, csv=path, resume=True)
     assert (model.read_text(encoding="utf-8"), path.read_text(encoding="utf-8")) == (MODEL, text)
+    # The last of two rows was taken without a word.
+    path.write_text(text + text.splitlines(keepends=True)[1], encoding="utf-8")
+    with pytest.raises(meliora.UsageError, match="line 4: this row has the constants of an earlier row"):
+        meliora.sweep(model, PREFERENCES, N=[2, 3], K=1, csv=path, resume=True)
+
+
+def test_a_spreadsheet_runs_no_name_of_a_column(tmp_path: Path) -> None:
+    path, asked = tmp_path / "rows.csv", {"=1+1": "Pmax=? [ F x=N ]"}
+    rows = records(meliora.sweep(MODEL, properties=asked, N=2, K=1, csv=path))
+    assert "'=1+1" in path.read_text(encoding="utf-8").splitlines()[0] and "=1+1" in rows[0]
+    assert records(meliora.sweep(MODEL, properties=asked, N=2, K=1, csv=path, resume=True)) == rows
 
 
 def test_constants_have_any_values_and_names() -> None:
@@ -332,9 +343,10 @@ def test_constants_have_any_values_and_names() -> None:
 
 
 def test_a_cell_is_read_as_it_was_written() -> None:
-    for value in (None, True, False, 0, -3, 10**30, 0.1, 1e-20, "done"):
-        assert _rows.value_of(_rows.cell_of(value)) == value
-    assert _rows.value_of("unbounded") == math.inf
+    for value in (True, False, 0, -3, 10**30, 0.1, 1e-20):
+        assert _sweep.value_of(_sweep.cell_of(value)) == value
+    for cell, read in {"": None, "unbounded": math.inf, "done": "done"}.items():
+        assert _sweep.value_of(cell) == read
 
 
 # Dask

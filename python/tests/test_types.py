@@ -37,7 +37,7 @@ def test_stubs_have_the_docstrings_of_the_module() -> None:
             for method in first.values():
                 if not method.name.startswith("_"):
                     shown = inspect.getdoc(getattr(cls, method.name))
-                    advice = f"{node.name}.{method.name}: run `python stub_docs.py`"
+                    advice = f"{node.name}.{method.name}: run `python stub.py`"
                     assert shown and ast.get_docstring(method) == shown, advice
 
 

@@ -5,6 +5,7 @@ use std::fs::{self, File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use meliora::sweep::Destination as RowDestination;
 use meliora_base::error::Error;
 use meliora_base::files::{Installed, Replacement, folder};
 
@@ -105,25 +106,6 @@ impl Target {
         write_all(&[(self, text.as_bytes())])
     }
 
-    /// Replaces the text, as [`Target::write`] does, and returns the open file, to which more can be
-    /// appended.
-    ///
-    /// # Errors
-    /// The errors of [`Target::write`].
-    pub(super) fn begin(&self, text: &str) -> Result<File, Error> {
-        if self.is_regular() {
-            self.write(text)?;
-        }
-        let begin = || {
-            let mut out = OpenOptions::new().append(true).open(&self.given)?;
-            if !self.is_regular() {
-                out.write_all(text.as_bytes())?;
-            }
-            Ok(out)
-        };
-        begin().map_err(|e| Error::writing(&self.given, &e))
-    }
-
     /// Begins to write piece by piece. A regular file is replaced once [`Pieces::finish`] is called.
     ///
     /// # Errors
@@ -160,6 +142,41 @@ impl Target {
             Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(Error::writing(&self.given, &e)),
             _ => Ok(()),
         }
+    }
+}
+
+impl RowDestination for Target {
+    fn path(&self) -> &Path {
+        &self.given
+    }
+
+    fn is_regular(&self) -> bool {
+        self.is_regular()
+    }
+
+    fn is_taken(&self) -> bool {
+        self.is_taken()
+    }
+
+    fn write(&self, text: &str) -> Result<(), Error> {
+        self.write(text)
+    }
+
+    fn begin(&self, text: &str) -> Result<Option<File>, Error> {
+        if self.is_stdout() {
+            return self.write(text).map(|()| None);
+        }
+        if self.is_regular() {
+            self.write(text)?;
+        }
+        let begin = || {
+            let mut out = OpenOptions::new().append(true).open(&self.given)?;
+            if !self.is_regular() {
+                out.write_all(text.as_bytes())?;
+            }
+            Ok(out)
+        };
+        begin().map(Some).map_err(|e| Error::writing(&self.given, &e))
     }
 }
 

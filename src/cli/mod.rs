@@ -28,7 +28,6 @@ mod policy_file;
 mod progress;
 mod progress_line;
 mod properties;
-mod ranges;
 mod signals;
 mod supervise;
 mod sweep;
@@ -59,6 +58,7 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use meliora::sweep::ranges;
 use meliora_base::error::Error;
 
 use exit::Status;

@@ -87,7 +87,7 @@ pub(super) struct ReachArgs {
 
 impl ReachArgs {
     /// Returns what the rows of a sweep contain, given the constants of the first and the last instance.
-    fn rows(&self, report: &ReachReport, ends: [&str; 2]) -> Result<sweep::Job, Error> {
+    fn rows(&self, report: &ReachReport, ends: [&str; 2]) -> Result<sweep::Columns, Error> {
         self.plan.checked(false, &[])?;
         if self.out.is_some() {
             let message = "`--out` writes the regions of one instance; a sweep has several";
@@ -107,7 +107,7 @@ impl ReachArgs {
                 asked::planned(&loaded, &self.texts(), &required).map(drop)
             }
         })?;
-        Ok(sweep::Job::new("reach", report, &properties))
+        Ok(sweep::Columns::new("reach", report, &properties))
     }
 
     /// Checks that `--only` has properties to choose from. The parser does not: it takes one question only.

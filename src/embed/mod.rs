@@ -8,28 +8,35 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `ask`, `results`, `quantities`, `report`, `dumps`.
+//! `projection`, `model`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `report`, `dumps`, `sweep`.
 
 mod analysis;
 mod ask;
 mod dumps;
+mod episodes;
 mod exploration;
+mod levels;
 mod members;
 mod model;
 mod projection;
 mod quantities;
+mod record;
 #[cfg(feature = "output")]
 mod report;
 mod results;
 mod states;
+#[cfg(feature = "output")]
+pub mod sweep;
 
 pub use analysis::Analysis;
 pub use ask::{Ask, AskResult, Properties};
+pub use episodes::{Missed, Position, ShieldTable};
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;
 pub use projection::Projection;
 pub use quantities::Wanted;
+pub use record::{Record, RecordedRun};
 #[cfg(feature = "output")]
 pub use report::Drawing;
 pub use states::States;

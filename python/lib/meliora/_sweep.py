@@ -1,6 +1,6 @@
 """Sweeps over constants: one analysis and one row per combination of values, in this process or as tasks of Dask.
 
-The columns and the files are those of ``meliora check --csv``.
+The rows and their file are those of ``meliora check --csv``; the compiled part makes them.
 """
 
 from __future__ import annotations
@@ -13,13 +13,11 @@ import uuid
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from fractions import Fraction
 from os import PathLike
 from typing import Any, Literal, Union
 
-from ._native import Analysis, Model, Preferences
-from ._rows import Rows, cell_of, value_of
+from ._native import Model, Preferences, _Columns, _Rows
 from .errors import InputError, LimitError, UsageError
 
 _Value = Union[bool, int, float, Fraction]
@@ -27,12 +25,10 @@ _Path = Union[str, "PathLike[str]"]
 #: The cells of a row after those of the constants, and the reason of a limit or an error.
 _Outcome = tuple[list[str], Union[str, None]]
 
-#: Number of levels with a column if `max_level` is not smaller; the columns do not depend on the results.
-_LEVELS = 16
-#: The columns of the sizes of a target and its regions.
-_REGIONS = ["target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"]
-#: Maximum number of instances; more are taken for a mistake.
-_MOST_INSTANCES = 1_000_000
+#: The cells that are not numbers.
+_WORDS: dict[str, Any] = {"": None, "true": True, "false": False, "unbounded": math.inf}
+#: Maximum number of values of a constant; more are taken for a mistake.
+_MOST_VALUES = 1_000_000
 #: The model is wrong if it cannot be read with the constants of any of this number of instances.
 _MOST_TRIED = 100
 
@@ -100,27 +96,30 @@ def sweep(
         OSError: A file cannot be read or written.
     """
     named = _constants(constants, values)
-    instances = [dict(zip(named, combination)) for combination in itertools.product(*named.values())]
     options = {"scope": scope, "safety": safety, "engine": engine, "max_level": max_level, "timeout": timeout}
-    levels = _LEVELS if max_level is None else min(max_level, _LEVELS)
     asked = _asked(preferences, properties, options)
     _check_options(options, memory)
-    found = _first_readable(model, bounds, timeout, instances)
+    columns = _Columns(max_level, list(asked), len(asked) == 1 and not isinstance(properties, Mapping))
+    rows = _Rows([(name, list(map(cell_of, given))) for name, given in named.items()], columns)
+    found = _first_readable(model, bounds, timeout, named)
     if coalition is not None:
         found.with_coalition(*coalition)
     wishes = None if preferences is None else _preferences(preferences)
-    has_regions = len(asked) == 1 and not isinstance(properties, Mapping)
-    job = _Job(found.text, found.name, bounds, wishes, options, coalition, memory, levels, asked, has_regions)
+    job = _Job(found.text, found.name, bounds, wishes, options, coalition, memory, asked, columns)
     paths = [given for given in (model, preferences) if given is not None and not isinstance(given, Preferences)]
-    inputs = [given for given in paths if not _is_text(given)]
-    keys = [tuple(map(cell_of, instance.values())) for instance in instances]
-    rows = Rows(csv, [*named, *_columns(job)], keys, resume, inputs)
+    if csv is not None:
+        rows.open(csv, resume, [given for given in paths if not _is_text(given)])
+    elif resume:
+        raise UsageError("resume=True needs `csv`, the file of the sweep")
     reasons: dict[int, str | None] = {}
-    todo = {position: instances[position] for position in rows.missing()}
-    with rows:
+    missing = set(rows.missing())
+    todo = {position: instance for position, instance in enumerate(_instances(named)) if position in missing}
+    try:
         for position, (cells, reason) in _outcomes(client, job, todo):
-            rows.add(position, [*keys[position], *cells])
+            rows.add(position, cells)
             reasons[position] = reason
+    finally:
+        rows.finish()
     return _table(rows, reasons)
 
 
@@ -135,11 +134,9 @@ class _Job:
     options: dict[str, Any]
     coalition: Sequence[str | int] | None
     memory: int | str | None
-    levels: int
     #: The properties by the names of their columns; empty for an analysis of the preferences.
     properties: dict[str, str]
-    #: True for a single property without a name, whose rows have the sizes of its regions.
-    has_regions: bool
+    columns: _Columns
 
 
 def _outcomes(client: Any, job: _Job, todo: dict[int, dict[str, _Value]]) -> Iterator[tuple[int, _Outcome]]:
@@ -185,7 +182,7 @@ def _result(task: Any, job: _Job) -> _Outcome:
         # The caller, or the end of the scheduler, has cancelled the sweep.
         raise
     except Exception as error:
-        return _cells({}, None, "error", job), f"{type(error).__name__}: {error}"
+        return job.columns.cells(None, 0, "error"), f"{type(error).__name__}: {error}"
 
 
 def _same(job: _Job) -> _Job:
@@ -206,7 +203,7 @@ def _memory_of_thread() -> int | None:
 def _analyse(constants: dict[str, _Value], job: _Job) -> _Outcome:
     """Runs one instance."""
     begin = time.perf_counter()
-    found: dict[str, Any] = {}
+    found: Any = None
     status, reason = "done", None
     try:
         timeout = job.options["timeout"]
@@ -215,50 +212,16 @@ def _analyse(constants: dict[str, _Value], job: _Job) -> _Outcome:
             model = model.with_coalition(*job.coalition)
         if job.preferences is None:
             options = {name: job.options[name] for name in ("scope", "engine", "timeout")}
-            answers = model._answers(list(job.properties.values()), memory=job.memory, **options)
-            reason = _answered(answers, job, found)
+            found = model._answers(list(job.properties.values()), memory=job.memory, **options)
+            reason = found.reason(list(job.properties))
         else:
-            found = _found(model.check(job.preferences, memory=job.memory, **job.options))
+            found = model.check(job.preferences, memory=job.memory, **job.options)
     except LimitError as error:
-        if job.preferences is not None:
-            found = _found(error.analysis)
-        else:
-            _answered((error.known or {}).get("answers"), job, found)
+        found = (error.known or {}).get("answers") if job.preferences is None else error.analysis
         status, reason = "limit", str(error)
     except Exception as error:
-        return _cells({}, None, "error", job), str(error)
-    return _cells(found, time.perf_counter() - begin, status, job), reason
-
-
-def _answered(answers: Any, job: _Job, found: dict[str, Any]) -> str | None:
-    """Adds the answers to the properties to `found`. Returns the reasons for missing ones."""
-    if answers is None:
-        return None
-    found.update(answers["counts"] or {}, peak_nodes=answers["peak_nodes"])
-    reasons = []
-    for name, answer in zip(job.properties, answers["properties"]):
-        if job.has_regions:
-            found.update({region: answer[region] for region in _REGIONS if region in answer}, target=answers["target"])
-        value = answer.get("value")
-        if answer["holds"] is not None:
-            found[name] = answer["holds"]
-        elif value is not None:
-            found[name] = _bounds(value["lower"], value["upper"])
-        elif "reason" in answer:
-            found[name] = "no value" if "value" in answer else "not answered"
-            reasons.append(f"{name}: {answer['reason']}")
-    return "; ".join(reasons) or None
-
-
-def _bounds(lower: float, upper: float) -> str:
-    """Returns the bounds of a value: one number where they agree."""
-    low, high = _decimal(lower), _decimal(upper)
-    return low if low == high else f"{low}..{high}"
-
-
-def _decimal(value: float) -> str:
-    """Returns a number without an exponent, as the command line writes it."""
-    return f"{Decimal(repr(value)):f}".removesuffix(".0") if math.isfinite(value) else str(value)
+        status, reason = "error", str(error)
+    return job.columns.cells(found, time.perf_counter() - begin, status), reason
 
 
 def _asked(preferences: Any, properties: Any, options: dict[str, Any]) -> dict[str, str]:
@@ -280,43 +243,12 @@ def _asked(preferences: Any, properties: Any, options: dict[str, Any]) -> dict[s
     return named
 
 
-def _columns(job: _Job) -> list[str]:
-    """Returns the names of the columns after the constants."""
-    columns = ["states", "choices", "transitions"]
-    for kind in ("sasi", "spi") if not job.properties else ():
-        columns += [f"{kind}_{level}" for level in range(1, job.levels + 1)]
-        columns += [f"{kind}_unbounded", f"{kind}_levels"]
-    columns += _REGIONS if job.has_regions else []
-    columns += job.properties or ["sasi_rank", "spi_rank"]
-    return [*columns, "seconds", "peak_nodes", "peak_rss_bytes", "status"]
-
-
-def _cells(found: dict[str, Any], seconds: float | None, status: str, job: _Job) -> list[str]:
-    """Returns the cells of the columns; unknown values are empty."""
-    cells = {**found, "seconds": seconds, "status": status}
-    return [cell_of(cells.get(column)) for column in _columns(job)]
-
-
-def _found(analysis: Analysis | None) -> dict[str, Any]:
-    """Returns the results of an analysis by their columns."""
-    report: Mapping[str, Any] = {} if analysis is None else analysis.to_dict()
-    first: Mapping[str, Any] = next(iter(report.get("initial") or []), {})
-    cells = {**(report.get("counts") or {}), **first}
-    if analysis is not None:
-        cells.update(analysis.usage)
-    for kind in ("sasi", "spi"):
-        found = report.get(kind)
-        if found is not None:
-            cells.update((f"{kind}_{level}", count) for level, count in enumerate(found["levels"], 1))
-            cells.update({f"{kind}_unbounded": found.get("unbounded"), f"{kind}_levels": len(found["levels"])})
-    return cells
-
-
-def _table(rows: Rows, reasons: dict[int, str | None]) -> Any:
+def _table(rows: _Rows, reasons: dict[int, str | None]) -> Any:
+    header, known = rows.header, rows.rows()
     # A column without a value in any row says nothing.
-    used = [at for at in range(len(rows.header)) if any(row[at] for _, row in rows)]
-    columns = [*(rows.header[at] for at in used), "reason"]
-    cells = ([*(value_of(row[at]) for at in used), reasons.get(position)] for position, row in rows)
+    used = [at for at in range(len(header)) if any(row[at] for _, row in known)]
+    columns = [*(header[at] for at in used), "reason"]
+    cells = ([*(value_of(row[at]) for at in used), reasons.get(position)] for position, row in known)
     records = [dict(zip(columns, row)) for row in cells]
     try:
         pandas = importlib.import_module("pandas")
@@ -331,20 +263,22 @@ def _constants(more: Mapping[str, Any] | None, values: dict[str, Any]) -> dict[s
     both = sorted(set(more or {}) & set(values))
     if both:
         raise UsageError(f"`{both[0]}` has values in `constants` and as an argument")
-    named = {name: _values(name, given) for name, given in {**(more or {}), **values}.items()}
-    if math.prod(map(len, named.values())) > _MOST_INSTANCES:
-        raise UsageError(f"a sweep has at most {_MOST_INSTANCES} instances")
-    return named
+    return {name: _values(name, given) for name, given in {**(more or {}), **values}.items()}
+
+
+def _instances(named: dict[str, list[_Value]]) -> Iterator[dict[str, _Value]]:
+    """Returns the instances in their order: the last constant varies fastest."""
+    return (dict(zip(named, combination)) for combination in itertools.product(*named.values()))
 
 
 def _values(name: str, given: Any) -> list[_Value]:
     several = isinstance(given, Iterable) and not isinstance(given, (str, bytes)) and getattr(given, "ndim", 1) > 0
     # One more than there may be, so that too many are noticed without a list of them.
-    listed = itertools.islice(given, _MOST_INSTANCES + 1) if several else [given]
+    listed = itertools.islice(given, _MOST_VALUES + 1) if several else [given]
     # The numbers of NumPy have `item`.
     values = [value.item() if hasattr(value, "item") else value for value in listed]
-    if len(values) > _MOST_INSTANCES:
-        raise UsageError(f"`{name}` has over {_MOST_INSTANCES} values: a sweep has at most that number of instances")
+    if len(values) > _MOST_VALUES:
+        raise UsageError(f"`{name}` has over {_MOST_VALUES} values: a sweep has at most that number of instances")
     for value in values:
         if not isinstance(value, (bool, int, float, Fraction)):
             raise UsageError(f"constants are bools, ints, floats and fractions: `{name}` is {value!r}")
@@ -364,12 +298,12 @@ def _preferences(given: Preferences | _Path) -> Preferences:
 
 
 def _first_readable(
-    given: _Path, bounds: dict[str, tuple[int, int]] | None, timeout: Any, instances: list[dict[str, _Value]]
+    given: _Path, bounds: dict[str, tuple[int, int]] | None, timeout: Any, named: dict[str, list[_Value]]
 ) -> Model:
     """Reads the model for the first instance for which it is valid."""
     read: Any = Model.from_string if _is_text(given) else Model.from_file
     wrong: InputError | None = None
-    for constants in instances[:_MOST_TRIED]:
+    for constants in itertools.islice(_instances(named), _MOST_TRIED):
         try:
             model: Model = read(given, constants=constants, bounds=bounds, timeout=timeout)
             return model
@@ -386,3 +320,20 @@ def _check_options(options: dict[str, Any], memory: int | str | None) -> None:
         smallest.check(Preferences({"A": "F x=0"}), memory=memory, **options)
     except LimitError:
         pass
+
+
+def cell_of(value: _Value) -> str:
+    """Returns a value as it is written in a cell."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def value_of(cell: str) -> Any:
+    """Reads a cell."""
+    if cell in _WORDS:
+        return _WORDS[cell]
+    for kind in (int, float, Fraction):
+        try:
+            return kind(cell)
+        except (ValueError, ZeroDivisionError):
+            pass
+    return cell

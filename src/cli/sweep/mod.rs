@@ -4,14 +4,11 @@
 //! limit, an error or the memory of one instance does not affect the others. The process hands over its
 //! report and, made from the same type, the row of the table.
 
-mod file;
 mod json;
-mod plot;
 mod process;
-mod row;
 mod table;
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,6 +16,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
 
 use clap::Args;
+pub(super) use meliora::sweep::Columns;
+use meliora::sweep::{self, Ended, Range, Rows, ranges};
 use meliora_base::error::{Error, Limit};
 use meliora_report::columns::Row;
 use meliora_report::envelope::{Envelope, Findings};
@@ -28,14 +27,9 @@ use serde_json::{Map, Value as Json};
 use super::exit::Status;
 use super::files::Target;
 use super::options::{ModelArgs, ShownArgs};
-use super::ranges::{self, Positions, Range};
 use super::{load, signals, terminal, watch};
-use file::CsvFile;
 use json::Runs;
-use plot::Plotted;
 use process::{Instance, Outcome, Pool};
-use row::Ended;
-pub(super) use row::Job;
 use table::Table;
 
 /// The interval between checks for an interruption.
@@ -77,7 +71,7 @@ impl SweepArgs {
         &self,
         model: &ModelArgs,
         inputs: &[&Path],
-        kind: impl FnOnce([&str; 2]) -> Result<Job, Error>,
+        kind: impl FnOnce([&str; 2]) -> Result<Columns, Error>,
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
         if model.instance.is_some() {
@@ -97,9 +91,9 @@ impl SweepArgs {
             return Err(Error::Usage(message.to_owned()));
         }
         let shown = shown.with_csv(Target::maybe(self.csv.as_deref(), &inputs)?.as_ref())?;
-        let ends = [0, ranges::count(&ranges)?.saturating_sub(1)].map(|at| constants(&ranges, at));
-        let kind = kind(ends.each_ref().map(String::as_str))?;
-        Sweep::new(self, &inputs, ranges, kind)?.run(&shown).map(Some)
+        let ends = [0, ranges::count(&ranges)?.saturating_sub(1)].map(|at| ranges::constants(&ranges, at));
+        let columns = kind(ends.each_ref().map(String::as_str))?;
+        Sweep::new(self, &inputs, ranges, columns)?.run(&shown).map(Some)
     }
 }
 
@@ -118,23 +112,17 @@ impl SweepArgs {
     ) -> Result<Option<Status>, Error> {
         let kind = |ends: [&str; 2]| {
             load::check_each(model, ends, |loaded| load::with_preferences(loaded, preferences).map(drop))?;
-            Ok(Job::new(command, report, &[]))
+            Ok(Columns::new(command, report, &[]))
         };
         self.run(model, &[preferences], kind, shown)
     }
 }
 
 struct Sweep {
-    ranges: Arc<[Range]>,
-    kind: Job,
-    /// The number of all instances.
-    count: usize,
-    /// The positions of the instances that have a row in the file already.
-    skipped: HashSet<usize>,
-    /// The ways in which they ended.
+    inner: sweep::Sweep<Target>,
+    /// The ways in which the instances ended whose rows the file had.
     known: Kinds,
-    file: Option<CsvFile>,
-    plot: Option<Plotted>,
+    plot: Option<(Target, Rows)>,
     jobs: usize,
     /// The notes on properties without an answer, each printed once.
     told: BTreeSet<String>,
@@ -151,47 +139,44 @@ struct Ends {
 }
 
 impl Sweep {
-    fn new(args: &SweepArgs, inputs: &[&Path], ranges: Vec<Range>, kind: Job) -> Result<Self, Error> {
-        let count = ranges::count(&ranges)?;
-        let plot = args.plot.as_ref().map(|path| Plotted::new(path, inputs, &ranges)).transpose()?;
-        let jobs = usize::from(args.jobs.unwrap_or(1));
-        let (skipped, known, told) = (HashSet::new(), Kinds::new(), BTreeSet::new());
-        let mut sweep =
-            Sweep { ranges: ranges.into(), kind, count, skipped, known, file: None, plot, jobs, told };
-        if let Some(path) = &args.csv {
-            let names = sweep.ranges.iter().map(|r| r.name.as_str()).chain(sweep.kind.columns());
-            let mut file = CsvFile::new(path, inputs, names.map(str::to_owned).collect())?;
+    fn new(args: &SweepArgs, inputs: &[&Path], ranges: Vec<Range>, columns: Columns) -> Result<Self, Error> {
+        let plot = args.plot.as_ref().map(|path| plotted(path, inputs, &ranges)).transpose()?;
+        let (inner, jobs) = (sweep::Sweep::new(ranges, columns)?, usize::from(args.jobs.unwrap_or(1)));
+        let plot = plot.map(|target| (target, Rows::new()));
+        let mut sweep = Sweep { inner, known: Kinds::new(), plot, jobs, told: BTreeSet::new() };
+        if let Some(to) = Target::maybe(args.csv.as_deref(), inputs)? {
             match args.resume {
-                true => sweep.resume(&mut file)?,
-                false => file.open()?,
+                true => sweep.resume(to)?,
+                false => sweep.inner.open(to)?,
             }
-            sweep.file = Some(file);
         }
         Ok(sweep)
     }
 
     /// Opens a file, and skips the instances that have a row in it.
-    fn resume(&mut self, file: &mut CsvFile) -> Result<(), Error> {
-        let (positions, constants) = (Positions::of(&self.ranges), self.ranges.len());
-        let find = |values: &[&str]| positions.get(values);
-        file.resume(constants, &find, |position, mut cells| {
-            let cells = cells.split_off(constants);
-            self.skipped.insert(position);
-            self.known.insert((self.kind.ended(&cells), None));
-            if let Some(plot) = &mut self.plot {
-                plot.rows.insert(position, cells);
-            }
-        })
+    fn resume(&mut self, to: Target) -> Result<(), Error> {
+        let mut known = Vec::new();
+        self.inner.resume(to, |position, cells| known.push((position, cells)))?;
+        self.known = known.iter().map(|(_, cells)| (self.inner.columns.ended(cells), None)).collect();
+        if let Some((_, rows)) = &mut self.plot {
+            rows.extend(known);
+        }
+        Ok(())
     }
 
     /// Returns the number of instances that are left to run.
     fn left(&self) -> usize {
-        self.count - self.skipped.len()
+        self.inner.left().count()
+    }
+
+    /// Returns whether the rows are printed in place of the table.
+    fn prints_rows(&self) -> bool {
+        self.inner.to().is_some_and(Target::is_stdout)
     }
 
     /// Says which instances are not run because the file has their rows.
     fn tell_skipped(&self) {
-        let text = match (self.skipped.len(), self.left()) {
+        let text = match (self.inner.skipped(), self.left()) {
             (0, _) => return,
             (skipped, 0) => format!("all {skipped} instances have a row in the file; nothing is left to run"),
             (skipped, left) => format!("{skipped} instances have a row in the file; {left} are left to run"),
@@ -216,8 +201,7 @@ impl Sweep {
         // The processes are ended below. The file has a row for each instance that has ended.
         let _ = signals::set_on_interrupt(&pool.stopped);
         let outcomes = pool.run(self.jobs, self.instances());
-        let prints_rows = self.file.as_ref().is_some_and(CsvFile::is_stdout);
-        let table = (!shown.json && !prints_rows).then(|| self.table());
+        let table = (!shown.json && !self.prints_rows()).then(|| self.table());
         if let Some(table) = &table {
             let style = terminal::stdout_style();
             let lines = table.heading().into_iter().map(|line| style.dim(line.trim_end()) + "\n");
@@ -259,8 +243,7 @@ impl Sweep {
                     }
                     ends.count += 1;
                     ends.kinds.insert((ended, code));
-                    let only_prints =
-                        self.file.as_ref().is_none_or(CsvFile::is_stdout) && self.plot.is_none();
+                    let only_prints = self.inner.to().is_none_or(Target::is_stdout) && self.plot.is_none();
                     if only_prints && terminal::is_closed() {
                         return Err(terminal::unread());
                     }
@@ -277,41 +260,37 @@ impl Sweep {
     }
 
     /// Completes the file and the plot.
-    fn finish(self) -> Result<(), Error> {
-        if let Some(file) = self.file {
-            let positions = Positions::of(&self.ranges);
-            file.finish(self.ranges.len(), &|values: &[&str]| positions.get(values))?;
-        }
-        self.plot.map_or(Ok(()), |plot| plot.write(&self.ranges, &self.kind))
+    fn finish(mut self) -> Result<(), Error> {
+        self.inner.finish()?;
+        let Some((target, rows)) = &self.plot else { return Ok(()) };
+        let plot = sweep::plot(&self.inner.ranges, &self.inner.columns, rows);
+        plot.map_or(Ok(()), |plot| target.write(&plot.svg()))
     }
 
     /// Returns the instances that are left to run, each with its command line: the last options
     /// decide.
     fn instances(&self) -> impl Iterator<Item = (Instance, Vec<OsString>)> + Send + use<> {
-        let (ranges, skipped, jobs) = (Arc::clone(&self.ranges), self.skipped.clone(), self.jobs.to_string());
-        let left = (0..self.count).filter(move |position| !skipped.contains(position));
-        left.enumerate().map(move |(index, position)| {
-            let own = ["--instance", &constants(&ranges, position), "--sharing", &jobs].map(OsString::from);
+        let (ranges, jobs) = (Arc::clone(&self.inner.ranges), self.jobs.to_string());
+        self.inner.left().enumerate().map(move |(index, position)| {
+            let own = ["--instance", &ranges::constants(&ranges, position), "--sharing", &jobs];
+            let own = own.map(OsString::from);
             (Instance { index, position }, std::env::args_os().skip(1).chain(own).collect())
         })
     }
 
     /// Writes a row to the file, and shows it in the table.
     fn note(&mut self, position: usize, row: &Row, ended: Ended, table: Option<&Table>) -> Result<(), Error> {
-        let cells = self.kind.cells(row, ended);
+        let cells = self.inner.columns.cells(row, ended);
         if let Some(table) = table {
-            let mut text = table.line(&constants(&self.ranges, position), &cells) + "\n";
+            let mut text = table.line(&ranges::constants(&self.inner.ranges, position), &cells) + "\n";
             if let Some(problem) = &row.problem {
                 text += &format!("  {problem}\n");
             }
             terminal::print(&text)?;
         }
-        if let Some(file) = &mut self.file {
-            let values = ranges::instance(&self.ranges, position).into_iter();
-            file.add(position, values.chain(cells.iter().map(String::as_str)))?;
-        }
-        if let Some(plot) = &mut self.plot {
-            plot.rows.insert(position, cells);
+        self.inner.add(position, &cells)?;
+        if let Some((_, rows)) = &mut self.plot {
+            rows.insert(position, cells);
         }
         Ok(())
     }
@@ -319,27 +298,37 @@ impl Sweep {
     fn table(&self) -> Table {
         let longest = |r: &Range| r.values.iter().map(|v| v.chars().count()).max().unwrap_or(0);
         let constants =
-            self.ranges.iter().map(|r| r.name.chars().count() + "=,".len() + longest(r)).sum::<usize>();
-        Table::new(&self.kind, constants.saturating_sub(1), terminal::stdout_style().width)
+            self.inner.ranges.iter().map(|r| r.name.chars().count() + "=,".len() + longest(r)).sum::<usize>();
+        Table::new(&self.inner.columns, constants.saturating_sub(1), terminal::stdout_style().width)
     }
 
     fn finished(&self, position: usize, result: Json, ended: Ended) -> Finished {
-        let values = self.ranges.iter().zip(ranges::instance(&self.ranges, position));
+        let values = self.inner.ranges.iter().zip(ranges::instance(&self.inner.ranges, position));
         let constants: Map<String, Json> = values.map(|(r, v)| (r.name.clone(), value(v))).collect();
         Finished { constants, status: ended.into(), result }
     }
 
     fn runs(&self) -> Result<Runs, Error> {
-        let varying = self.ranges.iter().filter(|r| r.varies);
+        let varying = self.inner.ranges.iter().filter(|r| r.varies);
         let ranges = varying.map(|r| (r.name.clone(), r.values.iter().map(|v| value(v)).collect())).collect();
-        Runs::begin(self.kind.command, ranges)
+        Runs::begin(self.inner.columns.command, ranges)
     }
 }
 
-/// Returns the values of an instance as `K=4,N=3`.
-fn constants(ranges: &[Range], position: usize) -> String {
-    let named = ranges.iter().zip(ranges::instance(ranges, position)).map(|(r, v)| format!("{}={v}", r.name));
-    named.collect::<Vec<_>>().join(",")
+/// Checks the file of a plot.
+///
+/// # Errors
+/// The file cannot be written, or no constant varies.
+fn plotted(path: &Path, inputs: &[&Path], ranges: &[Range]) -> Result<Target, Error> {
+    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("svg")) {
+        let message = "`--plot` draws SVG; give the name of a file that ends with `.svg`";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    if !ranges.iter().any(|range| range.varies) {
+        let message = "`--plot` shows results over a constant; give one a range, such as `-c N=1:5`";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    Target::new(path, inputs)
 }
 
 /// Converts a number or a truth value to JSON.

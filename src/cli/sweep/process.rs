@@ -14,12 +14,11 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::sync::{Arc, Mutex};
 
 use meliora::supervise::lock;
+use meliora::sweep::Ended;
 use meliora_report::columns::Row;
 use meliora_report::sweep::Outcome as FromProcess;
 use meliora_report::{Failure, FailureKind};
 use serde_json::Value as Json;
-
-use super::row::Ended;
 
 /// An instance that is to be run.
 pub(crate) struct Instance {

@@ -1,10 +1,8 @@
 //! The table of a sweep: the columns that fit the terminal, with headings of two lines.
 
+use meliora::sweep::Columns;
 use meliora_base::decimal::rounded;
-
 use meliora_report::columns::{Heading, Place};
-
-use super::row::Job;
 
 /// The width of the table if standard output is not a terminal.
 const WIDTH: usize = 100;
@@ -41,7 +39,7 @@ impl Column {
 
 impl Table {
     /// Selects columns of a row for a terminal of this width.
-    pub(crate) fn new(job: &Job, constants: usize, width: Option<u16>) -> Self {
+    pub(crate) fn new(job: &Columns, constants: usize, width: Option<u16>) -> Self {
         let constants = constants.max("constants".len());
         let room = width.map_or(WIDTH, usize::from);
         let (mut columns, mut titles) = (Vec::new(), Vec::new());
@@ -126,11 +124,11 @@ fn answered(cell: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use meliora::sweep::Ended;
     use meliora_question::answers::OneQuestion;
     use meliora_report::columns::Row;
     use meliora_report::{CheckReport, CompareReport, Header, ReachReport};
 
-    use super::super::row::Ended;
     use super::*;
 
     #[test]
@@ -139,9 +137,9 @@ mod tests {
         let mut reach = ReachReport::new(header());
         reach.one = Some(OneQuestion::default());
         for job in [
-            Job::new("check", &CheckReport::new(header()), &[]),
-            Job::new("reach", &reach, &[]),
-            Job::new("compare", &CompareReport::new(header()), &[]),
+            Columns::new("check", &CheckReport::new(header()), &[]),
+            Columns::new("reach", &reach, &[]),
+            Columns::new("compare", &CompareReport::new(header()), &[]),
         ] {
             let line = |width| Table::new(&job, 5, Some(width)).heading()[1].clone();
             assert!(line(80).len() <= 80, "{}: {}", job.command, line(80));
@@ -153,7 +151,7 @@ mod tests {
     fn long_properties_are_listed_above_and_answers_are_short() {
         let long = "Pmax=? [ F \"the end of all\" ]".to_owned();
         let reach = ReachReport::new(Header::of_model("m"));
-        let job = Job::new("reach", &reach, &["sure".to_owned(), long.clone()]);
+        let job = Columns::new("reach", &reach, &["sure".to_owned(), long.clone()]);
         let answers = ["true", "0.333333331..0.333333332"].map(str::to_owned).to_vec();
         let cells = job.cells(&Row { answers, ..Row::default() }, Ended::Done);
         let table = Table::new(&job, 5, Some(100));

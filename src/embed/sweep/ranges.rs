@@ -15,15 +15,17 @@ const FORM: &str = "a range has the form 1:5, 0:2:10 or 1/3:1/3:1";
 
 /// A constant with its values, as they are written.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Range {
-    pub(crate) name: String,
-    pub(crate) values: Vec<String>,
+pub struct Range {
+    /// Its name.
+    pub name: String,
+    /// Its values, in the order of the instances.
+    pub values: Vec<String>,
     /// True for a range or a list.
-    pub(crate) varies: bool,
+    pub varies: bool,
 }
 
 /// Splits at commas outside of braces.
-pub(crate) fn parts(text: &str) -> Vec<&str> {
+pub fn parts(text: &str) -> Vec<&str> {
     let (mut parts, mut start, mut depth) = (Vec::new(), 0, 0usize);
     for (at, c) in text.char_indices() {
         match c {
@@ -44,7 +46,7 @@ pub(crate) fn parts(text: &str) -> Vec<&str> {
 ///
 /// # Errors
 /// A range has no values or too many.
-pub(crate) fn parse(text: &str) -> Result<Vec<Range>, Error> {
+pub fn parse(text: &str) -> Result<Vec<Range>, Error> {
     if text.trim().is_empty() {
         return Ok(Vec::new());
     }
@@ -175,8 +177,8 @@ fn shown(value: i128, digits: usize) -> String {
 /// Returns the number of combinations of values.
 ///
 /// # Errors
-/// There are more than [`MOST_INSTANCES`].
-pub(crate) fn count(ranges: &[Range]) -> Result<usize, Error> {
+/// There are more than 1,000,000.
+pub fn count(ranges: &[Range]) -> Result<usize, Error> {
     let count = ranges.iter().try_fold(1usize, |n, r| n.checked_mul(r.values.len()));
     count.filter(|&n| n <= MOST_INSTANCES).ok_or_else(|| {
         let found = ranges.iter().fold(1.0, |n, r| n * r.values.len() as f64);
@@ -185,7 +187,7 @@ pub(crate) fn count(ranges: &[Range]) -> Result<usize, Error> {
 }
 
 /// Returns the combination of values at a position; the last constant varies fastest.
-pub(crate) fn instance(ranges: &[Range], position: usize) -> Vec<&str> {
+pub fn instance(ranges: &[Range], position: usize) -> Vec<&str> {
     let mut left = position;
     let mut values = Vec::with_capacity(ranges.len());
     for range in ranges.iter().rev() {
@@ -196,11 +198,18 @@ pub(crate) fn instance(ranges: &[Range], position: usize) -> Vec<&str> {
     values
 }
 
+/// Returns the combination of values at a position as `K=4,N=3`.
+pub fn constants(ranges: &[Range], position: usize) -> String {
+    let named = ranges.iter().zip(instance(ranges, position)).map(|(r, v)| format!("{}={v}", r.name));
+    named.collect::<Vec<_>>().join(",")
+}
+
 /// The positions of combinations by their values.
-pub(crate) struct Positions<'r>(Vec<(HashMap<&'r str, usize>, usize)>);
+pub struct Positions<'r>(Vec<(HashMap<&'r str, usize>, usize)>);
 
 impl<'r> Positions<'r> {
-    pub(crate) fn of(ranges: &'r [Range]) -> Self {
+    /// Numbers the combinations of ranges.
+    pub fn of(ranges: &'r [Range]) -> Self {
         let numbered = |range: &'r Range| {
             (range.values.iter().map(String::as_str).zip(0..).collect(), range.values.len())
         };
@@ -208,7 +217,7 @@ impl<'r> Positions<'r> {
     }
 
     /// Returns the position of some values; `None` if they are not a combination of the ranges.
-    pub(crate) fn get(&self, values: &[&str]) -> Option<usize> {
+    pub fn get(&self, values: &[&str]) -> Option<usize> {
         if values.len() != self.0.len() {
             return None;
         }

@@ -4,20 +4,99 @@
 //! replaced by one with the rows in the order of the instances, if they ended in another order.
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File, OpenOptions};
 use std::io::Write;
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use meliora_base::csv as cells;
 use meliora_base::error::{Diagnostic, Error, SourceFile};
+use meliora_base::files::Replacement;
 
-use super::super::files::Target;
-use super::super::load;
+/// Receives the rows of a sweep.
+pub trait Destination {
+    /// Returns the path as the user gave it.
+    fn path(&self) -> &Path;
 
-pub(crate) struct CsvFile {
-    target: Target,
+    /// Returns whether this is a regular file, which may not exist yet.
+    fn is_regular(&self) -> bool;
+
+    /// Returns whether a regular file exists there.
+    fn is_taken(&self) -> bool;
+
+    /// Replaces the text.
+    ///
+    /// # Errors
+    /// The text cannot be written.
+    fn write(&self, text: &str) -> Result<(), Error>;
+
+    /// Replaces the text, and returns the open file, to which more can be appended; `None` if more is written by
+    /// [`Destination::write`], as to standard output.
+    ///
+    /// # Errors
+    /// The text cannot be written.
+    fn begin(&self, text: &str) -> Result<Option<File>, Error>;
+}
+
+/// A regular file, which may not exist yet.
+pub struct RegularFile {
+    /// The path as the user gave it.
+    path: PathBuf,
+    /// The path behind all links.
+    real: PathBuf,
+    is_taken: bool,
+}
+
+impl RegularFile {
+    /// Checks a path. `inputs` are the files that the sweep reads.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if the path is an input, or is not a regular file.
+    pub fn new(given: &Path, inputs: &[&Path]) -> Result<Self, Error> {
+        let wrong = |what: &str| Error::Usage(format!("{} {what}", given.display()));
+        let Ok(real) = fs::canonicalize(given) else {
+            return Ok(RegularFile { path: given.to_owned(), real: given.to_owned(), is_taken: false });
+        };
+        if !real.is_file() {
+            return Err(wrong("is not a regular file; rows are written to regular files"));
+        }
+        if inputs.iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == real)) {
+            return Err(wrong("is an input of this sweep; write the rows to another file"));
+        }
+        Ok(RegularFile { path: given.to_owned(), real, is_taken: true })
+    }
+}
+
+impl Destination for RegularFile {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn is_regular(&self) -> bool {
+        true
+    }
+
+    fn is_taken(&self) -> bool {
+        self.is_taken
+    }
+
+    fn write(&self, text: &str) -> Result<(), Error> {
+        let old = fs::metadata(&self.real).ok();
+        let new = Replacement::new(&self.real, old.as_ref(), text.as_bytes(), false);
+        new.and_then(Replacement::install).map(drop).map_err(|e| Error::writing(&self.path, &e))
+    }
+
+    fn begin(&self, text: &str) -> Result<Option<File>, Error> {
+        self.write(text)?;
+        let out = OpenOptions::new().append(true).open(&self.real);
+        out.map(Some).map_err(|e| Error::writing(&self.path, &e))
+    }
+}
+
+/// The rows of a sweep at their destination.
+pub struct RowFile<D> {
+    to: D,
     header: Vec<String>,
     /// The open file, to which rows are appended.
     out: Option<File>,
@@ -29,31 +108,27 @@ pub(crate) struct CsvFile {
 
 /// Returns the position of the instance with these values of the constants; `None` for values of
 /// another sweep.
-pub(crate) type Find<'f> = &'f dyn Fn(&[&str]) -> Option<usize>;
+pub(super) type Find<'f> = &'f dyn Fn(&[&str]) -> Option<usize>;
 
 /// A row of an existing file: the position of its instance, its cells, and its bytes in the text.
 type Known = (usize, Vec<String>, Range<usize>);
 
-impl CsvFile {
+impl<D: Destination> RowFile<D> {
     /// Creates a file that will be written anew.
-    ///
-    /// # Errors
-    /// The file cannot be written, or is an input of the sweep.
-    pub(crate) fn new(path: &Path, inputs: &[&Path], header: Vec<String>) -> Result<Self, Error> {
-        let target = Target::new(path, inputs)?;
-        Ok(CsvFile { target, header, out: None, last: None, is_sorted: true })
+    pub fn new(to: D, header: Vec<String>) -> Self {
+        RowFile { to, header, out: None, last: None, is_sorted: true }
     }
 
-    /// Returns whether the rows are printed in place of the table.
-    pub(crate) fn is_stdout(&self) -> bool {
-        self.target.is_stdout()
+    /// Returns the destination.
+    pub fn to(&self) -> &D {
+        &self.to
     }
 
     /// Opens the file with the header.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn open(&mut self) -> Result<(), Error> {
+    pub fn open(&mut self) -> Result<(), Error> {
         self.begin(&cells::lines([&self.header]))
     }
 
@@ -62,16 +137,16 @@ impl CsvFile {
     ///
     /// # Errors
     /// The file belongs to another sweep, or has two rows for one instance; it cannot be written.
-    pub(crate) fn resume(
+    pub fn resume(
         &mut self,
         constants: usize,
         find: Find<'_>,
         mut known: impl FnMut(usize, Vec<String>),
     ) -> Result<(), Error> {
-        if !self.target.is_taken() {
+        if !self.to.is_taken() {
             return self.open();
         }
-        let source = load::read(self.target.path())?;
+        let source = SourceFile::open(self.to.path())?;
         let complete = &source.text[..source.text.rfind('\n').map_or(0, |end| end + 1)];
         if complete.is_empty() {
             return self.open();
@@ -123,10 +198,7 @@ impl CsvFile {
 
     /// Replaces the file by a text, and opens it for more.
     fn begin(&mut self, text: &str) -> Result<(), Error> {
-        if self.is_stdout() {
-            return self.target.write(text);
-        }
-        self.out = Some(self.target.begin(text)?);
+        self.out = self.to.begin(text)?;
         Ok(())
     }
 
@@ -140,16 +212,12 @@ impl CsvFile {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(crate) fn add<'c>(
-        &mut self,
-        position: usize,
-        row: impl Iterator<Item = &'c str>,
-    ) -> Result<(), Error> {
+    pub fn add<'c>(&mut self, position: usize, row: impl Iterator<Item = &'c str>) -> Result<(), Error> {
         self.follow(position);
         let line = cells::lines([row]);
         match &mut self.out {
-            Some(out) => out.write_all(line.as_bytes()).map_err(|e| Error::writing(self.target.path(), &e)),
-            None => self.target.write(&line),
+            Some(out) => out.write_all(line.as_bytes()).map_err(|e| Error::writing(self.to.path(), &e)),
+            None => self.to.write(&line),
         }
     }
 
@@ -157,12 +225,12 @@ impl CsvFile {
     ///
     /// # Errors
     /// The file cannot be read or written, or was changed meanwhile.
-    pub(crate) fn finish(mut self, constants: usize, find: Find<'_>) -> Result<(), Error> {
-        if self.is_sorted || !self.target.is_regular() {
+    pub fn finish(mut self, constants: usize, find: Find<'_>) -> Result<(), Error> {
+        if self.is_sorted || !self.to.is_regular() {
             return Ok(());
         }
-        let path = self.target.path();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::reading(path, &e))?;
+        let path = self.to.path();
+        let text = fs::read_to_string(path).map_err(|e| Error::reading(path, &e))?;
         let source = SourceFile::new(path.display().to_string(), text);
         let mut lines: BTreeMap<usize, Range<usize>> = BTreeMap::new();
         self.each_row(&source, &source.text, constants, find, |_, (position, _, bytes)| {
@@ -170,7 +238,7 @@ impl CsvFile {
         })?;
         let header = cells::lines([&self.header]);
         let sorted = lines.into_values().map(|bytes| &source.text[bytes]);
-        self.target.write(&std::iter::once(header.as_str()).chain(sorted).collect::<String>())
+        self.to.write(&std::iter::once(header.as_str()).chain(sorted).collect::<String>())
     }
 }
 
