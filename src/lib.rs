@@ -113,7 +113,8 @@ pub mod tutorial;
 pub use embed::Drawing;
 #[doc(inline)]
 pub use embed::{
-    Analysis, Ask, AskResult, Exploration, Listing, Model, Projection, Properties, Reached, States, Wanted,
+    Analysis, Ask, AskResult, Exploration, Listing, Model, NamedStates, Projection, Properties, Reached,
+    States, Task, Wanted,
 };
 #[doc(inline)]
 pub use meliora_base::error::{Diagnostic, Error, Limit, Relief, Result, SourceFile};
@@ -188,6 +189,16 @@ pub mod lang {
         outline_preferences, outline_preferences_for, parse_coalition, parse_constants, parse_expression,
         parse_model, parse_preferences, parse_property, parse_state,
     };
+}
+
+/// What the subcommands compute, as calls with a report that grows: partial results are there whenever a limit ends the
+/// work.
+pub mod commands {
+    #[doc(inline)]
+    #[cfg(feature = "output")]
+    pub use crate::embed::{GivenPolicy, PolicyForm, Work, check, compare, strategies};
+    #[doc(inline)]
+    pub use crate::embed::{listed, strategy_of};
 }
 
 /// Flat programs and preferences, from [`meliora_model`]; values and diagrams, from [`meliora_base`].

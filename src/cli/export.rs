@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
+use meliora::commands::check::run_phases;
 use meliora_base::error::{Error, Limit};
 use meliora_dump::Dump;
 use meliora_dump::directory::{check_directory, complete_directory, sha256, write_regions_first};
@@ -22,7 +23,6 @@ use super::exit::Status;
 use super::export_explicit::{self, Files, Induced};
 use super::load;
 use super::options::{self, ModelArgs, PreferenceArgs, ShownArgs};
-use super::phases;
 use super::supervise::{Job, supervise};
 
 /// Write regions and strategies for other programs, as decision diagrams or explicit models
@@ -222,19 +222,19 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     let out = std::path::absolute(&args.out).map_err(|e| Error::writing(&args.out, &e))?;
     let dot = args.format == Format::Dot;
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
-        let costs = costs(&question.program, args.reward(), &job.sink)?;
-        Ok((question, costs))
+        let task = load::task(&args.model, &args.preferences, &job.sink)?;
+        let costs = costs(&task.program, args.reward(), &job.sink)?;
+        Ok((task, costs))
     };
-    let (question, costs) = job.timed("parse", read, |_, _| ())?;
-    job.update(|r| r.header.read(&question.program));
-    let build = || engines::symbolic(&question.program, &args.model, &job.sink);
+    let (task, costs) = job.timed("parse", read, |_, _| ())?;
+    job.update(|r| r.header.read(&task.program));
+    let build = || engines::symbolic(&task.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
-    let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
+    let mut analysis = Analysis::new(&engine, &task.preferences, args.preferences.options());
+    run_phases(job, &mut analysis, Phase::ALL, &mut |_| ())?;
     let inputs = Inputs {
-        model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
-        preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),
+        model: (args.model.path(), sha256(task.program.source.original().as_bytes())),
+        preferences: (args.preferences.path(), sha256(task.source.original().as_bytes())),
     };
     let all = args.region.is_empty();
     let named = |name: &String| args.region.iter().any(|pattern| matches(pattern, name));
@@ -246,7 +246,7 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     // Before anything is written: if there are no values, an older dump stays as it is.
     let mut width = None;
     if args.values {
-        let costs = costs.check(analysis.engine(), &question.program)?;
+        let costs = costs.check(analysis.engine(), &task.program)?;
         let levels = args.levels.map_or_else(|| Values::levels_found(&analysis, LEVELS), |k| k as usize);
         let limit = args.limit as usize;
         let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit };

@@ -3,6 +3,8 @@
 use std::str::FromStr;
 use std::sync::Arc;
 
+use meliora::commands::check::run_phases;
+use meliora::commands::strategy_of;
 use meliora_base::error::Error;
 use meliora_engine::Engine;
 use meliora_export::bounds;
@@ -21,9 +23,8 @@ use super::choose::costs;
 use super::exit::Status;
 use super::folder::Folder;
 use super::options::{ModelArgs, PreferenceArgs, ShownArgs};
-use super::phases;
 use super::supervise::{Job, supervise};
-use super::{engines, load, plan};
+use super::{engines, load};
 
 /// The strategy whose induced model is written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,26 +114,26 @@ fn work(job: &Job<ExplicitReport>, wanted: &Wanted) -> Result<(), Error> {
     let inputs = wanted.preferences.inputs(&wanted.model);
     let folder = Folder::new(&wanted.out, names(wanted), &inputs)?;
     let read = || {
-        let question = load::question(&wanted.model, &wanted.preferences, &job.sink)?;
-        refuse_game(wanted, &question.program)?;
-        let costs = |v: &ValuesArgs| costs(&question.program, &v.reward, &job.sink);
+        let task = load::task(&wanted.model, &wanted.preferences, &job.sink)?;
+        refuse_game(wanted, &task.program)?;
+        let costs = |v: &ValuesArgs| costs(&task.program, &v.reward, &job.sink);
         let costs = wanted.values.as_ref().map(costs).transpose()?;
-        Ok((question, costs))
+        Ok((task, costs))
     };
-    let (question, costs) = job.timed("parse", read, |_, _| ())?;
-    job.update(|r| r.header.read(&question.program));
-    let build = || engines::symbolic(&question.program, &wanted.model, &job.sink);
+    let (task, costs) = job.timed("parse", read, |_, _| ())?;
+    job.update(|r| r.header.read(&task.program));
+    let build = || engines::symbolic(&task.program, &wanted.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
-    let mut analysis = Analysis::new(&engine, &question.preferences, wanted.preferences.options());
-    phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
-    let list = || listed(wanted, &analysis, &question.program);
+    let mut analysis = Analysis::new(&engine, &task.preferences, wanted.preferences.options());
+    run_phases(job, &mut analysis, Phase::ALL, &mut |_| ())?;
+    let list = || listed(wanted, &analysis, &task.program);
     let graph = job.timed("states", list, |_, _| ())?;
     let mut quantities = None;
     if let Some((args, costs)) = wanted.values.as_ref().zip(costs) {
-        let compute = || args.quantities(&analysis, &question.program, &graph, costs, wanted.limit);
+        let compute = || args.quantities(&analysis, &task.program, &graph, costs, wanted.limit);
         quantities = Some(job.timed("values", compute, |_, _| ())?);
     }
-    let program = &question.program;
+    let program = &task.program;
     let write = || folder.write(&contents(wanted, &graph, &analysis, program, quantities.as_ref())?);
     let names = job.timed("write", write, |_, _| ())?;
     let peak = engine.usage().peak_nodes;
@@ -161,7 +162,7 @@ fn listed<E: Engine>(
 ) -> Result<Graph, Error> {
     let Some(asked) = wanted.strategy else { return explored(analysis, program, wanted.limit) };
     let objectives = asked.kind.objectives(analysis.preferences(), wanted.objective.as_deref())?;
-    let mut strategy = plan::finite_memory(analysis, program, asked.kind, asked.kind.levels(), &objectives)?;
+    let mut strategy = strategy_of(analysis, program, asked.kind, asked.kind.levels(), &objectives)?;
     induced(analysis, program, &mut strategy, asked.scheduler, wanted.limit)
 }
 

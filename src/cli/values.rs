@@ -4,6 +4,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use meliora::NamedStates;
+use meliora::commands::check::levels;
+use meliora::commands::listed as listed_states;
 use meliora_base::csv::Lines;
 use meliora_base::error::{Limit, Result};
 use meliora_engine::{Algebra, AnyEngine, Count, Engine};
@@ -17,7 +20,6 @@ use meliora_quantities::{Steps, ValueOptions, Values};
 use meliora_report::ValuesReport;
 use meliora_report::values::{heading, rows};
 
-use super::at::{self, At};
 use super::choose::costs;
 use super::exit::Status;
 use super::files::Target;
@@ -111,23 +113,23 @@ pub(super) fn run(args: ValuesArgs) -> Result<Status> {
 
 fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Result<()> {
     let arguments = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
-    let (question, (at, costs)) = plan::read(job, arguments, |question| {
-        load::note_assumed(&question.program, &job.sink);
-        let at = At::read(&question.program, &args.at)?;
-        Ok((at, costs(&question.program, &args.reward, &job.sink)?))
+    let (task, (at, costs)) = plan::read(job, arguments, |task| {
+        load::note_assumed(&task.program, &job.sink);
+        let at = NamedStates::read(&task.program, "--at", &args.at)?;
+        Ok((at, costs(&task.program, &args.reward, &job.sink)?))
     })?;
-    job.update(|r| r.header.history = question.preferences.whole_paths());
-    let (scope, limit) = (args.model.scope, args.limit as usize);
-    let lines = plan::raced(job, arguments, &question, &|job, engine| {
-        let given = at.states(&**engine, &question.program, scope, limit, &job.sink)?;
+    job.update(|r| r.header.history = task.preferences.whole_paths());
+    let limit = args.limit as usize;
+    let lines = plan::raced(job, arguments, &task, &|job, engine| {
+        let given = at.states(&**engine, &task.program, limit, &|text| job.sink.warn(text))?;
         let phases = [Phase::Counts, Phase::Sasi, Phase::Spi];
-        let levels = || plan::analysis(engine, &question, &args.preferences, &phases, &job.sink);
-        let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+        let analyse = || levels(job, engine, &task, args.preferences.options(), &phases);
+        let analysis = job.timed("levels", analyse, |r, s| r.time.add("levels", s))?;
         job.update(|r| r.counts = analysis.result().counts.clone());
         let states = if at.is_empty() { listed(job, args, engine)? } else { given };
         let everywhere = args.all && engine.count(&engine.all_states())? == Count::from(states.len());
         let mut lines = csv.map(|_| Lines::default());
-        let program = &question.program;
+        let program = &task.program;
         let evaluation = Evaluation { job, args, program, analysis: &analysis, states: &states, everywhere };
         let end = evaluation.run(&costs, lines.as_mut());
         job.update(|r| r.used(engine.usage()));
@@ -142,7 +144,7 @@ fn work(job: &Job<ValuesReport>, args: &ValuesArgs, csv: Option<&Target>) -> Res
 /// Returns the initial states or all states, up to the limit.
 fn listed(job: &Job<ValuesReport>, args: &ValuesArgs, engine: &Arc<AnyEngine>) -> Result<Vec<State>> {
     let set = if args.all { engine.all_states() } else { engine.initial_states() };
-    Ok(at::listed(&**engine, &set, args.limit as usize, &|text| job.sink.note(text))?.0)
+    Ok(listed_states(&**engine, &set, args.limit as usize, &|text| job.sink.note(text))?.0)
 }
 
 /// The evaluation of states.

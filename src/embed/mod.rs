@@ -8,28 +8,49 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `ask`, `results`, `quantities`, `report`, `dumps`.
+//! `projection`, `model`, `task`, `ask`, `results`, `quantities`, `report`, `dumps`, `work`, `policies`.
 
 mod analysis;
 mod ask;
+#[cfg(feature = "output")]
+pub mod check;
+#[cfg(feature = "output")]
+mod compare;
 mod dumps;
 mod exploration;
 mod members;
 mod model;
+mod named_states;
+#[cfg(feature = "output")]
+mod policies;
 mod projection;
 mod quantities;
 #[cfg(feature = "output")]
 mod report;
 mod results;
 mod states;
+#[cfg(feature = "output")]
+pub mod strategies;
+mod task;
+#[cfg(feature = "output")]
+mod work;
 
 pub use analysis::Analysis;
 pub use ask::{Ask, AskResult, Properties};
+#[cfg(feature = "output")]
+pub use compare::compare;
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;
+pub use named_states::{NamedStates, listed};
+#[cfg(feature = "output")]
+pub use policies::{GivenPolicy, PolicyForm};
 pub use projection::Projection;
 pub use quantities::Wanted;
 #[cfg(feature = "output")]
 pub use report::Drawing;
+pub use results::strategy_of;
 pub use states::States;
+pub use task::Task;
+#[cfg(feature = "output")]
+pub use work::Work;

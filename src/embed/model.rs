@@ -83,11 +83,17 @@ impl Model {
     /// commas.
     pub fn with_coalition(&self, players: &[impl Borrow<str>]) -> Result<Self> {
         let names: Vec<&str> = players.iter().map(Borrow::borrow).collect();
-        let coalition = lang::parse_coalition(&self.program, &SourceFile::new("coalition", names.join(",")))?;
-        let mut program = Program::clone(&self.program);
-        program.play_as(&coalition);
-        let named = Some(coalition);
-        Ok(Model { program: Arc::new(program), named, ..self.clone() })
+        self.clone().played_by(&SourceFile::new("coalition", names.join(",")))
+    }
+
+    /// Does the same as [`Model::with_coalition`] for the text of the names, joined by commas.
+    ///
+    /// # Errors
+    /// See [`Model::with_coalition`].
+    pub fn played_by(mut self, names: &Arc<SourceFile>) -> Result<Self> {
+        let coalition = lang::parse_coalition(&self.program, names)?;
+        Arc::make_mut(&mut self.program).play_as(&coalition);
+        Ok(Model { named: Some(coalition), ..self })
     }
 
     /// Returns the players of a game, each with whether it is one of us; empty for other models.
@@ -98,6 +104,16 @@ impl Model {
     /// Returns the flat program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
+    }
+
+    /// Returns the flat program as a value of its own.
+    pub fn into_program(self) -> Program {
+        Arc::unwrap_or_clone(self.program)
+    }
+
+    /// Returns the flat program, and the properties that the model names.
+    pub fn into_parts(self) -> (Program, Vec<Property>) {
+        (Arc::unwrap_or_clone(self.program), self.properties)
     }
 
     /// Returns the warnings about the text.
