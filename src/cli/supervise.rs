@@ -130,6 +130,10 @@ impl<R: Send> Work<R> for Job<R> {
         self.sink.note(text);
     }
 
+    fn share(&self, parts: Option<usize>) {
+        self.sink.share(parts);
+    }
+
     fn sink(&self) -> Arc<dyn ProgressSink> {
         Arc::clone(&self.sink) as _
     }

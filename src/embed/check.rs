@@ -3,19 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Task, Work};
-use meliora_base::error::Result;
-use meliora_engine::{Count, Engine};
+use super::{Kept, Task, Work};
+use meliora_base::error::{Error, Limit, Result};
+use meliora_engine::{Count, Engine, Selection, Settings};
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Event, Options, Phase, Safety};
 use meliora_quantities::all_states::MOST_STATES;
-use meliora_question::warnings;
-use meliora_report::CheckReport;
+use meliora_question::race::{Early, Raced};
+use meliora_question::{Warning, warnings};
 use meliora_report::check::LISTED;
 use meliora_report::cycle::Cycle;
 use meliora_report::envelope::Times;
 use meliora_report::page::PageReport;
 use meliora_report::players::PlayerSummary;
+use meliora_report::{CheckReport, Header};
 
 /// A report that contains the report of `check`.
 pub trait HasCheck: 'static {
@@ -42,6 +43,50 @@ pub struct Findings {
     pub jointly: bool,
     /// The cycles behind unbounded ranks, and the ranks under [`Safety::Action`].
     pub details: bool,
+}
+
+/// The result of [`Task::check`].
+#[derive(Debug)]
+pub struct CheckResult {
+    /// The report, as far as it is known. It has no times.
+    pub report: CheckReport,
+    /// The warnings.
+    pub warnings: Vec<Warning>,
+    /// The limit that has ended the work before everything was known.
+    pub limit: Option<Limit>,
+}
+
+impl Task {
+    /// Does what `meliora check` does, by the first of several ways to end if `selected` is open: all phases, the
+    /// prospects of the initial states, and warnings of states and of empty targets.
+    ///
+    /// # Errors
+    /// The errors of [`Model::explore`](crate::Model::explore); a target has no value in some state. A limit leaves the
+    /// results so far.
+    pub fn check(
+        &self,
+        options: Options,
+        findings: Findings,
+        selected: Selection,
+        settings: &Settings,
+    ) -> Result<CheckResult> {
+        let header = Header::of_engine(&self.program, settings.storage, settings.scope);
+        let mut report = CheckReport::new(header.with_preferences(&self.source.name, options.safety));
+        report.read(&self.program, self.preferences.empty, self.preferences.history);
+        report.header.read_conditions(self.preferences.predicates());
+        report.header.select(&selected);
+        let kept = Kept::new(report, Arc::clone(&settings.sink));
+        let by_states = |kept: &Kept<CheckReport>, engine: &_| check(kept, engine, self, options, findings);
+        let (program, early) = (&self.program, Early::default());
+        let raced = Raced { program, settings, selected, lists_states: false, early, answer: &by_states };
+        let limit = match raced.run(&kept) {
+            Ok(()) => None,
+            Err(Error::Limit(limit)) => Some(limit),
+            Err(error) => return Err(error),
+        };
+        let (report, warnings) = kept.known();
+        Ok(CheckResult { report, warnings, limit })
+    }
 }
 
 /// Runs all phases of an analysis and finds all that a check reports. The report has the results so far whenever a limit

@@ -8,7 +8,8 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `task`, `ask`, `results`, `quantities`, `report`, `dumps`, `work`, `policies`.
+//! `named_states`, `projection`, `model`, `task`, `ask`, `results`, `quantities`, `report`, `dumps`, `work`, `check`,
+//! `compare`, `strategies`, `page`, `values`, `dump_files`, `policies`.
 
 mod analysis;
 mod ask;
@@ -16,11 +17,15 @@ mod ask;
 pub mod check;
 #[cfg(feature = "output")]
 mod compare;
+#[cfg(feature = "output")]
+pub mod dump_files;
 mod dumps;
 mod exploration;
 mod members;
 mod model;
 mod named_states;
+#[cfg(feature = "output")]
+mod page;
 #[cfg(feature = "output")]
 mod policies;
 mod projection;
@@ -33,6 +38,8 @@ mod states;
 pub mod strategies;
 mod task;
 #[cfg(feature = "output")]
+pub mod values;
+#[cfg(feature = "output")]
 mod work;
 
 pub use analysis::Analysis;
@@ -44,6 +51,8 @@ pub use members::Listing;
 pub use model::Model;
 pub use named_states::{NamedStates, listed};
 #[cfg(feature = "output")]
+pub use page::PageRun;
+#[cfg(feature = "output")]
 pub use policies::{GivenPolicy, PolicyForm};
 pub use projection::Projection;
 pub use quantities::Wanted;
@@ -53,4 +62,4 @@ pub use results::strategy_of;
 pub use states::States;
 pub use task::Task;
 #[cfg(feature = "output")]
-pub use work::Work;
+pub use work::{Kept, Work};
