@@ -265,7 +265,8 @@ pub mod commands {
     #[doc(inline)]
     #[cfg(feature = "output")]
     pub use crate::embed::{
-        GivenPolicy, Kept, PageRun, PolicyForm, Work, check, compare, dump_files, strategies, values,
+        GivenPolicy, Kept, PageRun, PolicyForm, Work, check, compare, dump_files, explicit_files,
+        region_dump, strategies, values,
     };
     #[doc(inline)]
     pub use crate::embed::{listed, strategy_of};

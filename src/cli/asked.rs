@@ -1,7 +1,7 @@
 //! The questions of `meliora reach`, as they are read: a target, properties of the command line or of a file, or those
 //! that the model names.
 
-use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
+use meliora_base::error::{Error, SourceFile};
 use meliora_engine::NoProgress;
 use meliora_lang::Given;
 use meliora_lang::named::Property;
@@ -48,15 +48,7 @@ pub(super) fn stopping(args: &ModelArgs, texts: &Texts<'_>, sink: &TerminalSink)
         Some(text) => (text, Stopping::target(&program, &SourceFile::new("--target", text))?),
         None => {
             let text = properties(&program, &named, texts)?[0];
-            let (source, term) = list::stated(&program, &named, ("--property", text))?;
-            let Some(query) = term.query(&program) else {
-                let message = "paths stop where the probability or the reward of one formula is decided, and this \
-                               property asks for more";
-                let range = if named.iter().any(|p| p.name == text) { 0..0 } else { term.span.range() };
-                let wrong = Diagnostic::new(&source, range, message).severity(Severity::Unsupported);
-                return Err(wrong.help("leave out `--stop-at-target`").into());
-            };
-            (text, Stopping::query(&program, &source, &query)?)
+            (text, Stopping::property((&program, &named), ("--property", text))?)
         }
     };
     Ok(Questions::new(program, Plan::of(asking, text), Vec::new(), false))

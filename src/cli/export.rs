@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use meliora::commands::check::run_phases;
 use meliora::commands::dump_files::{DumpOptions, DumpValues, write_dump};
+use meliora::commands::explicit_files::{ExplicitFiles, ExplicitFormat as Files, Induced};
 use meliora_base::error::Error;
 use meliora_dump::directory::check_directory;
 use meliora_planning::{Analysis, Phase, Scheduler, StrategyKind};
@@ -15,7 +16,7 @@ use super::by_name::by_name;
 use super::choose::costs;
 use super::engines;
 use super::exit::Status;
-use super::export_explicit::{self, Files, Induced};
+use super::export_explicit;
 use super::load;
 use super::options::{self, ModelArgs, PreferenceArgs, ShownArgs};
 use super::supervise::{Job, supervise};
@@ -167,8 +168,9 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
         let strategy = args.induced();
         let ExportArgs { model, preferences, out, limit, objective, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
+        let files = ExplicitFiles { format, strategy, objective, limit };
         return export_explicit::run(
-            export_explicit::Wanted { model, preferences, out, format, limit, strategy, objective, values },
+            export_explicit::Wanted { model, preferences, out, files, values },
             &shown,
         );
     }

@@ -8,8 +8,8 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `named_states`, `projection`, `model`, `task`, `ask`, `results`, `quantities`, `report`, `dumps`, `work`, `check`,
-//! `compare`, `strategies`, `page`, `values`, `dump_files`, `policies`.
+//! `named_states`, `projection`, `model`, `task`, `ask`, `results`, `quantities`, `dumps`, `work`, `check`,
+//! `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`, `region_dump`, `policies`.
 
 mod analysis;
 mod ask;
@@ -20,6 +20,8 @@ mod compare;
 #[cfg(feature = "output")]
 pub mod dump_files;
 mod dumps;
+#[cfg(feature = "output")]
+pub mod explicit_files;
 mod exploration;
 mod members;
 mod model;
@@ -30,6 +32,8 @@ mod page;
 mod policies;
 mod projection;
 mod quantities;
+#[cfg(feature = "output")]
+pub mod region_dump;
 #[cfg(feature = "output")]
 mod report;
 mod results;

@@ -37,6 +37,14 @@ pub struct PageRun {
     pub seed: u64,
 }
 
+impl Default for PageRun {
+    /// The run of a plan, with the first seed.
+    fn default() -> Self {
+        let (kind, objective, choose, opponent) = Default::default();
+        PageRun { kind, objective, scheduler: Scheduler::Progress, choose, opponent, seed: 1 }
+    }
+}
+
 impl PageRun {
     /// Simulates the run from a state; `None` if the strategy does nothing there. Cost: that of at most 100 runs of at most
     /// 500 steps.
