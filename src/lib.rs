@@ -101,6 +101,74 @@
 //! # Ok(())
 //! # }
 //! ```
+//!
+//! # Five calls
+//!
+//! A check, a question about paths, a strategy in a loop, a dump, and many instances. The calls are those of the command;
+//! each selects the engine as the command does.
+//!
+//! ```
+//! use meliora::commands::check::Findings;
+//! use meliora::engine::Selection;
+//! use meliora::{Ask, Kind, Model, Options, Properties, Rank, Result, Settings, SourceFile};
+//!
+//! # fn main() -> Result<()> {
+//! let text = "mdp
+//!     const int N;
+//!     module chain
+//!       x : [0..N+1] init 0;
+//!       [go] x<N -> 1/2: (x'=x+1) + 1/2: (x'=x);
+//!       [leave] x=0 -> (x'=N+1);
+//!       [stay] x>=N -> true;
+//!     endmodule";
+//! let wishes = SourceFile::new("chain.pref", "
+//!     objective Out = F x=N+1;
+//!     objective End = F x=N;
+//!     objective On  = F (x=1 | x=N+1);
+//!     prefer End > Out;");
+//! let model = Model::parse(text, "N=3")?;
+//!
+//! // The report of `meliora check`, with partial results if a limit ends the work.
+//! let task = model.clone().task(&wishes)?;
+//! let found = task.check(Options::default(), Findings::default(), Selection::open(), &Settings::default())?;
+//! assert!(found.limit.is_none() && found.report.initial[0].sasi.is_some());
+//!
+//! // The answers of `meliora reach --property`.
+//! let asked = Properties::Texts(&["Pmin=? [ F x=3 ]", "Pmax>=1 [ F x=3 ]"]);
+//! let answers = model.ask(asked, &Ask::default(), Settings::default())?.answers;
+//! assert_eq!(answers.properties[1].holds, Some(true));
+//!
+//! // A strategy that a program follows, one state after the other.
+//! let (analysis, _) =
+//!     model.check_by_any(&wishes, Options::default(), Settings::default(), &|_| ())?;
+//! let mut strategy = analysis.strategy(Kind::Sasi)?;
+//! let mut state = model.state("x=0")?;
+//! let mut memory = strategy.start(&state)?;
+//! loop {
+//!     let at = strategy.explain(&state, memory)?;
+//!     let Some(pick) = at.pick else { break };
+//!     let next = &at.actions[pick].successors[0];
+//!     (state, memory) = (next.state.clone(), next.next);
+//! }
+//! assert_eq!(strategy.rank(&state)?, Rank::Finite(0));
+//!
+//! // A dump with a certificate, and its check.
+//! let directory = std::env::temp_dir().join(format!("meliora-{}", std::process::id()));
+//! analysis.export(&wishes, &directory)?;
+//! let (_, verdict) = model.verify(&wishes, &directory, Settings::default())?;
+//! assert!(verdict.violation.is_none());
+//! # std::fs::remove_dir_all(&directory).ok();
+//!
+//! // Many instances.
+//! for n in 1..=3_u32 {
+//!     let task = Model::parse(text, &format!("N={n}"))?.task(&wishes)?;
+//!     let (options, findings) = (Options::default(), Findings::default());
+//!     let report = task.check(options, findings, Selection::open(), &Settings::default())?.report;
+//!     assert_eq!(report.result.counts.as_ref().unwrap().states, (n + 2).into());
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod advanced;
 mod embed;
@@ -110,8 +178,8 @@ pub mod tutorial;
 
 #[doc(inline)]
 pub use embed::{
-    Analysis, Ask, AskResult, Exploration, Listing, Missed, Model, Position, Projection, Properties, Reached,
-    Record, RecordedRun, ShieldTable, States, Wanted,
+    Analysis, Ask, AskResult, Exploration, Listing, Missed, Model, NamedStates, Position, Projection,
+    Properties, Reached, Record, RecordedRun, ShieldTable, States, Task, Wanted,
 };
 #[doc(inline)]
 #[cfg(feature = "output")]
@@ -189,6 +257,19 @@ pub mod lang {
         outline_preferences, outline_preferences_for, parse_coalition, parse_constants, parse_expression,
         parse_model, parse_preferences, parse_property, parse_state,
     };
+}
+
+/// The work of the subcommands, as calls with a report that grows: partial results are there whenever a limit ends the
+/// work.
+pub mod commands {
+    #[doc(inline)]
+    #[cfg(feature = "output")]
+    pub use crate::embed::{
+        GivenPolicy, Kept, PageRun, PolicyForm, Work, check, compare, dump_files, explicit_files,
+        region_dump, strategies, values,
+    };
+    #[doc(inline)]
+    pub use crate::embed::{listed, strategy_of};
 }
 
 /// Flat programs and preferences, from [`meliora_model`]; values and diagrams, from [`meliora_base`].

@@ -1,7 +1,7 @@
 //! The questions of `meliora reach`, as they are read: a target, properties of the command line or of a file, or those
 //! that the model names.
 
-use meliora_base::error::{Diagnostic, Error, Severity, SourceFile};
+use meliora_base::error::{Error, SourceFile};
 use meliora_engine::NoProgress;
 use meliora_lang::Given;
 use meliora_lang::named::Property;
@@ -10,7 +10,7 @@ use meliora_question::answers::PropertyAnswer;
 use meliora_question::plan::Plan;
 use meliora_question::{Asking, Questions, Required, Stopping, list};
 
-use super::load::{Loaded, document, parsed, parsed_for, required};
+use super::load::{document, parsed, parsed_for, required};
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 
@@ -32,10 +32,10 @@ pub(super) struct Texts<'a> {
 /// A file, the constants, the bounds or an expression is wrong.
 pub(super) fn read(args: &ModelArgs, texts: &Texts<'_>, sink: &TerminalSink) -> Result<Questions, Error> {
     let for_goals = texts.target.is_none() && texts.properties.is_empty() && texts.require.is_empty();
-    let loaded = parsed_for(args, for_goals, sink)?;
+    let (program, named) = parsed_for(args, for_goals, sink)?.into_parts();
     let required = required(texts.require)?;
-    let plan = planned(&loaded, texts, &required)?;
-    Ok(Questions::new(loaded.program, plan, required, false))
+    let plan = planned((&program, &named), texts, &required)?;
+    Ok(Questions::new(program, plan, required, false))
 }
 
 /// Reads the model, and a target or a property whose paths stop where it is decided.
@@ -43,20 +43,12 @@ pub(super) fn read(args: &ModelArgs, texts: &Texts<'_>, sink: &TerminalSink) -> 
 /// # Errors
 /// A file, the constants, the bounds or an expression is wrong; no state decides the property.
 pub(super) fn stopping(args: &ModelArgs, texts: &Texts<'_>, sink: &TerminalSink) -> Result<Questions, Error> {
-    let Loaded { program, named, .. } = parsed(args, sink)?;
+    let (program, named) = parsed(args, sink)?.into_parts();
     let (text, Stopping { program, asking }) = match texts.target {
         Some(text) => (text, Stopping::target(&program, &SourceFile::new("--target", text))?),
         None => {
             let text = properties(&program, &named, texts)?[0];
-            let (source, term) = list::stated(&program, &named, ("--property", text))?;
-            let Some(query) = term.query(&program) else {
-                let message = "paths stop where the probability or the reward of one formula is decided, and this \
-                               property asks for more";
-                let range = if named.iter().any(|p| p.name == text) { 0..0 } else { term.span.range() };
-                let wrong = Diagnostic::new(&source, range, message).severity(Severity::Unsupported);
-                return Err(wrong.help("leave out `--stop-at-target`").into());
-            };
-            (text, Stopping::query(&program, &source, &query)?)
+            (text, Stopping::property((&program, &named), ("--property", text))?)
         }
     };
     Ok(Questions::new(program, Plan::of(asking, text), Vec::new(), false))
@@ -71,7 +63,7 @@ pub(super) fn named(
     texts: &Texts<'_>,
     sink: &TerminalSink,
 ) -> Result<(Questions, Vec<PropertyAnswer>), Error> {
-    let Loaded { program, named, .. } = parsed(args, sink)?;
+    let (program, named) = parsed(args, sink)?.into_parts();
     if named.is_empty() {
         return Err(without_question(&named));
     }
@@ -85,14 +77,17 @@ pub(super) fn named(
 ///
 /// # Errors
 /// Neither a target nor a property is given, or one is wrong.
-pub(super) fn planned(loaded: &Loaded, texts: &Texts<'_>, required: &[Required]) -> Result<Plan, Error> {
-    let program = &loaded.program;
+pub(super) fn planned(
+    (program, named): (&Program, &[Property]),
+    texts: &Texts<'_>,
+    required: &[Required],
+) -> Result<Plan, Error> {
     if let Some(text) = texts.target {
         let asking = Asking::target(program, &SourceFile::new("--target", text), required)?;
         return Ok(Plan::of(asking, text));
     }
-    let all = properties(program, &loaded.named, texts)?;
-    list::planned((program, &loaded.named), ("--property", all), required, texts.regions)
+    let all = properties(program, named, texts)?;
+    list::planned((program, named), ("--property", all), required, texts.regions)
 }
 
 /// Returns the properties of the command line, at least one. Without any, a planning problem is asked for its goal.

@@ -1,22 +1,18 @@
 //! `--kind` and `--choose`: what a strategy does, and the action that it takes among the permitted
 //! ones.
 
-use std::sync::Arc;
-
 use clap::Args;
+use meliora::commands::strategies::StrategyOptions;
+use meliora::{NamedStates, Task};
 use meliora_base::error::{Error, Result};
-use meliora_engine::Engine;
-use meliora_model::preference::{ObjectiveSet, Preferences};
-use meliora_model::{Program, State};
-use meliora_planning::{Analysis, FiniteMemoryStrategy, Scheduler, StrategyKind};
+use meliora_model::Program;
+use meliora_planning::{Scheduler, StrategyKind};
 use meliora_quantities::cost::Costs;
-use meliora_quantities::{Achiever, Choose, Chooser, Steps, ValuedRule};
+use meliora_quantities::{Choose, Steps};
 use meliora_report::choose::Choosing;
 use meliora_report::envelope::{Envelope, Findings, Times};
 
-use super::at::At;
 use super::by_name::by_name;
-use super::load::Question;
 use super::plan::{self, Arguments};
 use super::progress::TerminalSink;
 use super::supervise::Job;
@@ -50,13 +46,11 @@ pub(super) struct ChooseArgs {
 
 /// The input of a command about strategies.
 pub(super) struct Prepared {
-    pub(super) question: Question,
-    /// The kind of the strategy.
-    pub(super) kind: StrategyKind,
+    pub(super) task: Task,
+    /// The strategy.
+    pub(super) wanted: StrategyOptions,
     /// The states of `--at`.
-    pub(super) at: At,
-    /// The cost of a step.
-    pub(super) costs: Costs,
+    pub(super) at: NamedStates,
 }
 
 impl ChooseArgs {
@@ -160,32 +154,28 @@ impl ChooseArgs {
         kind: StrategyKind,
         check: impl FnOnce(&Program) -> Result<()>,
     ) -> Result<Prepared> {
-        let read = |question: &mut Question| {
-            check(&question.program)?;
-            let at = At::read(&question.program, at)?;
-            self.objectives(kind, &question.preferences)?;
-            Ok((at, self.costs(&question.program, &job.sink)?))
+        let read = |task: &mut Task| {
+            check(&task.program)?;
+            let at = NamedStates::read(&task.program, "--at", at)?;
+            Ok((at, self.wanted(kind, task, &job.sink)?))
         };
-        let (question, (at, costs)) = plan::read(job, given, read)?;
-        Ok(Prepared { question, kind, at, costs })
+        let (task, (at, wanted)) = plan::read(job, given, read)?;
+        Ok(Prepared { task, wanted, at })
     }
 
-    fn objectives(&self, kind: StrategyKind, preferences: &Preferences) -> Result<ObjectiveSet> {
-        kind.objectives(preferences, self.objective.as_deref())
-    }
-
-    /// Creates the strategy of a finished analysis.
+    /// Returns the strategy of a kind.
     ///
     /// # Errors
-    /// The objective does not fit; a limit is hit.
-    pub(super) fn strategy<E: Engine>(
+    /// The objective does not fit, or the model has no such reward structure.
+    pub(super) fn wanted(
         &self,
-        analysis: &Analysis<E>,
-        program: &Arc<Program>,
         kind: StrategyKind,
-    ) -> Result<FiniteMemoryStrategy<E>> {
-        let objectives = self.objectives(kind, analysis.preferences())?;
-        plan::finite_memory(analysis, program, kind, self.choose.levels(kind), &objectives)
+        task: &Task,
+        sink: &TerminalSink,
+    ) -> Result<StrategyOptions> {
+        let objectives = kind.objectives(&task.preferences, self.objective())?;
+        let (choose, levels) = (self.choose, self.levels.map(|k| k as usize));
+        Ok(StrategyOptions { kind, choose, objectives, costs: self.costs(&task.program, sink)?, levels })
     }
 
     /// Returns the options as reports show them.
@@ -204,32 +194,6 @@ impl ChooseArgs {
 
     fn reward(&self) -> &str {
         self.reward.as_deref().unwrap_or(Steps::NAME)
-    }
-
-    /// Computes the values of some states, and lets a strategy take the actions that attain them;
-    /// returns nothing for `first`. Needs the levels of both kinds.
-    ///
-    /// # Errors
-    /// A reward is wrong in some state, or a limit is reached.
-    pub(super) fn attach<E: Engine>(
-        &self,
-        analysis: &Analysis<E>,
-        costs: &Costs,
-        program: &Program,
-        states: &[State],
-        strategy: &mut FiniteMemoryStrategy<E>,
-    ) -> Result<Option<Arc<dyn ValuedRule>>> {
-        let Some(aim) = self.choose.aim() else { return Ok(None) };
-        if strategy.kind() == StrategyKind::Achieve {
-            let rule = Arc::new(Achiever::compute(analysis, program, states, strategy.objectives())?);
-            strategy.choose_by(Arc::clone(&rule) as _);
-            return Ok(Some(rule));
-        }
-        let costs = costs.check(analysis.engine(), program)?;
-        let levels = self.levels.map(|k| k as usize);
-        let chooser = Arc::new(Chooser::compute(analysis, program, states, (aim, levels), &*costs)?);
-        strategy.choose_by(Arc::clone(&chooser) as _);
-        Ok(Some(chooser))
     }
 }
 

@@ -7,7 +7,7 @@ use meliora_base::error::Error;
 use meliora_engine::{AnyEngine, Count, Engine, Order, Settings, Storage, SymbolicEngine};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_question::{started, warnings};
+use meliora_question::{race, warnings};
 
 use super::load::read;
 use super::options::ModelArgs;
@@ -41,20 +41,14 @@ pub(super) fn settings(
 /// Builds the engine that the arguments select.
 ///
 /// # Errors
-/// The variable order is wrong, the model has no meaning in some state or no initial state, or a limit is
-/// hit.
+/// The errors of [`race::built`]; the file of `--order` cannot be read.
 pub(super) fn engine(
     program: &Arc<Program>,
     args: &ModelArgs,
     storage: Storage,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<AnyEngine>, Error> {
-    match storage {
-        Storage::Symbolic => Ok(Arc::new(AnyEngine::Symbolic(symbolic(program, args, sink)?))),
-        Storage::Explicit => {
-            started(AnyEngine::new(Arc::clone(program), settings(args, storage, sink)?)?, program)
-        }
-    }
+    race::built(program, settings(args, storage, sink)?)
 }
 
 /// Builds the symbolic engine, for commands that need decision diagrams.
@@ -66,8 +60,7 @@ pub(super) fn symbolic(
     args: &ModelArgs,
     sink: &Arc<TerminalSink>,
 ) -> Result<Arc<SymbolicEngine>, Error> {
-    let settings = settings(args, Storage::Symbolic, sink)?;
-    started(SymbolicEngine::in_some_order(Arc::clone(program), settings)?, program)
+    race::symbolic(program, settings(args, Storage::Symbolic, sink)?)
 }
 
 /// Warns of states; see [`warnings::of_states`].

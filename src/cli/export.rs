@@ -1,28 +1,24 @@
 //! `meliora export`: regions and strategies for other programs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use meliora_base::error::{Error, Limit};
-use meliora_dump::Dump;
-use meliora_dump::directory::{check_directory, complete_directory, sha256, write_regions_first};
-use meliora_engine::SymbolicEngine;
-use meliora_export::bounds::Wanted;
-use meliora_export::{DumpContent, Inputs, certify, export};
-use meliora_model::region::RegionName;
+use meliora::commands::check::run_phases;
+use meliora::commands::dump_files::{DumpOptions, DumpValues, write_dump};
+use meliora::commands::explicit_files::{ExplicitFiles, ExplicitFormat as Files, Induced};
+use meliora_base::error::Error;
+use meliora_dump::directory::check_directory;
 use meliora_planning::{Analysis, Phase, Scheduler, StrategyKind};
-use meliora_quantities::choose::LEVELS;
-use meliora_quantities::{Steps, Values};
+use meliora_quantities::Steps;
 use meliora_report::{ExportReport, Header};
 
 use super::by_name::by_name;
 use super::choose::costs;
 use super::engines;
 use super::exit::Status;
-use super::export_explicit::{self, Files, Induced};
+use super::export_explicit;
 use super::load;
 use super::options::{self, ModelArgs, PreferenceArgs, ShownArgs};
-use super::phases;
 use super::supervise::{Job, supervise};
 
 /// Write regions and strategies for other programs, as decision diagrams or explicit models
@@ -172,8 +168,9 @@ pub(super) fn run(args: ExportArgs) -> Result<Status, Error> {
         let strategy = args.induced();
         let ExportArgs { model, preferences, out, limit, objective, shown, .. } = args;
         let limit = usize::try_from(limit).unwrap_or(usize::MAX);
+        let files = ExplicitFiles { format, strategy, objective, limit };
         return export_explicit::run(
-            export_explicit::Wanted { model, preferences, out, format, limit, strategy, objective, values },
+            export_explicit::Wanted { model, preferences, out, files, values },
             &shown,
         );
     }
@@ -196,22 +193,6 @@ fn check_patterns(patterns: &[String]) -> Result<(), Error> {
     }
 }
 
-/// Returns whether a name matches a pattern, in which `*` stands for any text and `?` for one character.
-fn matches(pattern: &str, name: &str) -> bool {
-    let mut rest = pattern.chars();
-    match rest.next() {
-        None => name.is_empty(),
-        Some('*') => {
-            let ends = name.char_indices().map(|(at, _)| at).chain([name.len()]);
-            ends.into_iter().any(|at| matches(rest.as_str(), &name[at..]))
-        }
-        Some(sign) => {
-            let mut left = name.chars();
-            left.next().is_some_and(|c| sign == '?' || sign == c) && matches(rest.as_str(), left.as_str())
-        }
-    }
-}
-
 fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     if args.out.as_os_str() == "-" {
         let message = "a dump is a directory; it cannot be written to standard output";
@@ -220,97 +201,30 @@ fn work(job: &Job<ExportReport>, args: &ExportArgs) -> Result<(), Error> {
     check_directory(&args.out)?;
     // The first of two dumps replaces the working directory if this is an old dump.
     let out = std::path::absolute(&args.out).map_err(|e| Error::writing(&args.out, &e))?;
-    let dot = args.format == Format::Dot;
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
-        let costs = costs(&question.program, args.reward(), &job.sink)?;
-        Ok((question, costs))
+        let task = load::task(&args.model, &args.preferences, &job.sink)?;
+        let costs = costs(&task.program, args.reward(), &job.sink)?;
+        Ok((task, costs))
     };
-    let (question, costs) = job.timed("parse", read, |_, _| ())?;
-    job.update(|r| r.header.read(&question.program));
-    let build = || engines::symbolic(&question.program, &args.model, &job.sink);
+    let (task, costs) = job.timed("parse", read, |_, _| ())?;
+    job.update(|r| r.header.read(&task.program));
+    let build = || engines::symbolic(&task.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |_, _| ())?;
-    let mut analysis = Analysis::new(&engine, &question.preferences, args.preferences.options());
-    phases::run(&mut analysis, Phase::ALL, &job.sink, &mut |_| ())?;
-    let inputs = Inputs {
-        model: (args.model.path(), sha256(question.program.source.original().as_bytes())),
-        preferences: (args.preferences.path(), sha256(question.source.original().as_bytes())),
+    let mut analysis = Analysis::new(&engine, &task.preferences, args.preferences.options());
+    run_phases(job, &mut analysis, Phase::ALL, &mut |_| ())?;
+    let values = DumpValues {
+        levels: args.levels.map(|k| k as usize),
+        reward: args.reward(),
+        costs: &costs,
+        limit: args.limit as usize,
+        precision: args.precision,
     };
-    let all = args.region.is_empty();
-    let named = |name: &String| args.region.iter().any(|pattern| matches(pattern, name));
-    let wanted = |name: &RegionName| all || named(&name.to_string());
-    let content = DumpContent { wanted: &wanted, certificate: false };
-    let dump = || export(&analysis, &inputs, &content);
-    let mut dump = job.timed("dump", dump, |_, _| ())?;
-    let certifies = all && !args.no_certificate;
-    // Before anything is written: if there are no values, an older dump stays as it is.
-    let mut width = None;
-    if args.values {
-        let costs = costs.check(analysis.engine(), &question.program)?;
-        let levels = args.levels.map_or_else(|| Values::levels_found(&analysis, LEVELS), |k| k as usize);
-        let limit = args.limit as usize;
-        let wanted = Wanted { levels, reward: args.reward(), costs: &*costs, limit };
-        let add = || meliora_export::bounds::add(&mut dump, &analysis, &wanted);
-        width = Some(job.timed("values", add, |_, _| ())?);
-    }
-    if certifies {
-        certified(job, &out, dot, &analysis, &mut dump)?;
-    }
-    let write = || match certifies {
-        true => complete_directory(&mut dump, &out, job.sink.as_ref()),
-        false => write_regions_first(&mut dump, &out, dot, job.sink.as_ref()),
+    let options = DumpOptions {
+        regions: &args.region,
+        certificate: !args.no_certificate,
+        dot: args.format == Format::Dot,
+        values: args.values.then_some(values),
     };
-    job.timed("write", write, |_, _| ())?;
-    let manifest = dump.manifest;
-    let peak = meliora_engine::Engine::usage(&*engine).peak_nodes;
-    job.update(|r| {
-        r.set(&manifest);
-        r.set_values(&manifest, width, args.precision);
-        r.memory.peak_nodes = peak;
-    });
-    let open = manifest.certificate.map_or(0, |file| file.uncertified.len());
-    if open == 0 {
-        return Ok(());
-    }
-    // The limit has ended a part of this phase.
-    job.sink.report("certificate", String::new());
-    Err(Limit::Uncertified(open).into())
-}
-
-/// Writes the dump, and then adds its certificate: a limit that ends this leaves the regions.
-fn certified(
-    job: &Job<ExportReport>,
-    out: &Path,
-    dot: bool,
-    analysis: &Analysis<SymbolicEngine>,
-    dump: &mut Dump,
-) -> Result<(), Error> {
-    // The values come with the certificate, which proves them.
-    let values = (dump.values.take(), dump.manifest.values.take());
-    let write = || write_regions_first(dump, out, dot, job.sink.as_ref());
-    job.timed("write", write, |_, _| ())?;
-    job.update(|r| r.set_uncertified(&dump.manifest));
-    let add = || certify(dump, analysis, &mut |left| job.sink.share(left));
-    job.timed("certificate", add, |_, _| ())?;
-    (dump.values, dump.manifest.values) = values;
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::matches;
-
-    #[test]
-    fn patterns_match_whole_names() {
-        for (pattern, name) in
-            [("sasi:*", "sasi:12"), ("*", ""), ("*:A*", "strategy:almost-sure:A"), ("spi:?", "spi:3")]
-        {
-            assert!(matches(pattern, name), "{pattern} {name}");
-        }
-        for (pattern, name) in
-            [("sasi:*", "strategy:sasi:1"), ("spi:?", "spi:12"), ("spi:?", "spi:"), ("", "x")]
-        {
-            assert!(!matches(pattern, name), "{pattern} {name}");
-        }
-    }
+    let files = (args.model.path(), args.preferences.path());
+    write_dump(job, (&analysis, &task), files, options, &out)
 }

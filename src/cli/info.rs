@@ -63,7 +63,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let (limits, shown) = (args.model.limits(), args.shown.clone());
     let args = args.clone();
     supervise(FlatReport::default(), limits, &shown, move |job| {
-        let program = Arc::new(load::parsed(&args.model, &job.sink)?.program);
+        let program = Arc::new(load::parsed(&args.model, &job.sink)?.into_program());
         let flat = Flat::of(&program)?;
         job.update(|r| r.flat = Some(flat));
         Ok(())
@@ -74,8 +74,8 @@ fn work(job: &Job<InfoReport>, args: &InfoArgs, storage: Storage) -> Result<(), 
     let read = || match &args.preferences {
         None => load::program(&args.model, &job.sink),
         Some(file) => {
-            let question = load::preferring(&args.model, file, &job.sink)?;
-            Ok((question.program, question.overlap))
+            let task = load::preferring(load::parsed(&args.model, &job.sink)?, file, &job.sink)?;
+            Ok((task.program, task.overlap))
         }
     };
     let (program, overlap) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;

@@ -5,15 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use meliora::{Model, Task};
 use meliora_base::error::{Error, SourceFile};
 use meliora_dump::manifest;
 use meliora_engine::NoProgress;
 use meliora_formats::Document;
-use meliora_lang::named::Property;
-use meliora_lang::{self as lang, Checked, Given};
+use meliora_lang::Given;
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_model::preference::Preferences;
 use meliora_question::warnings::overlap;
 use meliora_question::{Required, list};
 
@@ -27,25 +26,6 @@ static INPUT_READ: AtomicBool = AtomicBool::new(false);
 
 /// The name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
-
-/// A model with preferences over it.
-pub(super) struct Question {
-    /// The model; for whole paths, its product with the monitors.
-    pub(super) program: Arc<Program>,
-    /// The preferences.
-    pub(super) preferences: Arc<Preferences>,
-    /// The text of the preferences.
-    pub(super) source: Arc<SourceFile>,
-    /// See [`overlap`].
-    pub(super) overlap: Option<Predicate>,
-}
-
-/// A model with its properties.
-pub(super) struct Loaded {
-    pub(super) program: Program,
-    /// The properties that the model names.
-    pub(super) named: Vec<Property>,
-}
 
 /// Reads a text file; `-` is standard input.
 ///
@@ -85,40 +65,53 @@ fn standard_input() -> Result<io::Stdin, Error> {
     Ok(io::stdin())
 }
 
-pub(super) fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Loaded, Error> {
+/// Reads the model of a command.
+///
+/// # Errors
+/// A file, the constants, the bounds or the players are wrong.
+pub(super) fn parsed(args: &ModelArgs, sink: &TerminalSink) -> Result<Model, Error> {
     parsed_for(args, false, sink)
 }
 
 /// Does the same as [`parsed`]; only the goals of a planning problem may be asked about.
-pub(super) fn parsed_for(args: &ModelArgs, for_goals: bool, sink: &TerminalSink) -> Result<Loaded, Error> {
+pub(super) fn parsed_for(args: &ModelArgs, for_goals: bool, sink: &TerminalSink) -> Result<Model, Error> {
     if let Some(range) = ranges::parse(&args.constants())?.iter().find(|range| range.varies) {
         let message =
             format!("`{}` has several values; only `check`, `reach` and `compare` accept ranges", range.name);
         return Err(Error::Usage(message));
     }
-    let given = Given {
-        constants: SourceFile::new("--const", args.constants()),
-        bounds: SourceFile::new("--bounds", args.bounds()),
-    };
-    let document = document(&args.model)?;
+    let given = given("--const", args.constants(), args.bounds());
+    model(&args.model, args.coalition.as_deref(), &given, for_goals, sink)
+}
+
+/// Returns the values of constants and the bounds of variables; `name` is what errors call the constants.
+pub(super) fn given(name: &str, constants: impl Into<String>, bounds: impl Into<String>) -> Given {
+    Given { constants: SourceFile::new(name, constants), bounds: SourceFile::new("--bounds", bounds) }
+}
+
+/// Reads a model, and lets us be the players of `coalition`, if it is given.
+///
+/// # Errors
+/// A file, the constants, the bounds or the players are wrong.
+pub(super) fn model(
+    files: &ModelFiles,
+    coalition: Option<&str>,
+    given: &Given,
+    for_goals: bool,
+    sink: &TerminalSink,
+) -> Result<Model, Error> {
+    let document = document(files)?;
     let document = if for_goals { document.for_goals() } else { document };
-    let mut loaded = loaded(&document, &given, sink)?;
-    play_as(args.coalition.as_deref(), &mut loaded.program)?;
-    Ok(loaded)
+    let model = Model::loaded(&document, given, sink)?;
+    sink.warn_at(model.warnings());
+    played_by(coalition, model)
 }
 
-/// Lets us be the players of `--coalition`, if it is given.
-fn play_as(coalition: Option<&str>, program: &mut Program) -> Result<(), Error> {
-    let Some(names) = coalition else { return Ok(()) };
-    let coalition = lang::parse_coalition(program, &SourceFile::new("--coalition", names))?;
-    program.play_as(&coalition);
-    Ok(())
-}
-
-fn loaded(document: &Document, given: &Given, sink: &TerminalSink) -> Result<Loaded, Error> {
-    let checked = document.load(given, sink)?;
-    sink.warn_at(&checked.warnings);
-    Ok(Loaded::of(checked))
+fn played_by(coalition: Option<&str>, model: Model) -> Result<Model, Error> {
+    match coalition {
+        Some(names) => model.played_by(&SourceFile::new("--coalition", names)),
+        None => Ok(model),
+    }
 }
 
 /// Checks what the instances of a sweep share, such as their properties, before the first one runs; `ends`
@@ -130,26 +123,16 @@ fn loaded(document: &Document, given: &Given, sink: &TerminalSink) -> Result<Loa
 pub(super) fn check_each(
     args: &ModelArgs,
     ends: [&str; 2],
-    check: impl Fn(Loaded) -> Result<(), Error>,
+    check: impl Fn(Model) -> Result<(), Error>,
 ) -> Result<(), Error> {
     let wrong = |constants: &str| {
-        let given = Given {
-            constants: SourceFile::new("--const", constants),
-            bounds: SourceFile::new("--bounds", args.bounds()),
-        };
-        let mut loaded = Loaded::of(document(&args.model).ok()?.load(&given, &NoProgress).ok()?);
-        play_as(args.coalition.as_deref(), &mut loaded.program).and_then(|()| check(loaded)).err()
+        let given = given("--const", constants, args.bounds());
+        let model = Model::loaded(&document(&args.model).ok()?, &given, &NoProgress).ok()?;
+        played_by(args.coalition.as_deref(), model).and_then(&check).err()
     };
     match wrong(ends[0]) {
         Some(error) if ends[0] == ends[1] || wrong(ends[1]).is_some() => Err(error),
         _ => Ok(()),
-    }
-}
-
-impl Loaded {
-    fn of(checked: Checked) -> Self {
-        let Checked { program, properties: named, .. } = checked;
-        Loaded { program, named }
     }
 }
 
@@ -161,7 +144,7 @@ pub(super) fn program(
     args: &ModelArgs,
     sink: &TerminalSink,
 ) -> Result<(Arc<Program>, Option<Predicate>), Error> {
-    let program = parsed(args, sink)?.program;
+    let program = parsed(args, sink)?.into_program();
     let overlap = overlap(&program);
     Ok((Arc::new(program), overlap))
 }
@@ -170,65 +153,18 @@ pub(super) fn program(
 ///
 /// # Errors
 /// A file, the constants or the bounds are wrong.
-pub(super) fn question(
-    model: &ModelArgs,
-    args: &PreferenceArgs,
-    sink: &TerminalSink,
-) -> Result<Question, Error> {
-    preferring(model, &args.preferences, sink)
+pub(super) fn task(model: &ModelArgs, args: &PreferenceArgs, sink: &TerminalSink) -> Result<Task, Error> {
+    preferring(parsed(model, sink)?, &args.preferences, sink)
 }
 
-/// Does the same as [`question`] for a preference file without options.
-///
-/// # Errors
-/// A file, the constants or the bounds are wrong.
-pub(super) fn preferring(
-    model: &ModelArgs,
-    preferences: &Path,
-    sink: &TerminalSink,
-) -> Result<Question, Error> {
-    let mut question = preferred(parsed(model, sink)?, preferences, sink)?;
-    // The preference file may name players, too.
-    play_as(model.coalition.as_deref(), Arc::make_mut(&mut question.program))?;
-    Ok(question)
-}
-
-fn preferred(loaded: Loaded, preferences: &Path, sink: &TerminalSink) -> Result<Question, Error> {
-    let question = with_preferences(loaded, preferences)?;
-    sink.warn_at(&Vec::from_iter(question.source.encoding_warning()));
-    for warning in question.preferences.warnings() {
-        sink.warn(&format!("{} {warning}", question.source.name));
-    }
-    Ok(question)
-}
-
-/// Adds the preferences to a model.
+/// Adds the preferences of a file to a model.
 ///
 /// # Errors
 /// The file cannot be read, or is wrong.
-pub(super) fn with_preferences(loaded: Loaded, preferences: &Path) -> Result<Question, Error> {
-    let program = loaded.program;
-    let overlap = overlap(&program);
-    let source = read(preferences)?;
-    let lang::Question { mut program, preferences } = lang::load_preferences(&source, program)?;
-    program.note_inexact(preferences.predicates());
-    Ok(Question { program: Arc::new(program), preferences: Arc::new(preferences), source, overlap })
-}
-
-/// Reads the model that a dump names, with its constants, and the preferences.
-///
-/// # Errors
-/// A file, the constants or the bounds are wrong.
-pub(super) fn certified(
-    model: &ModelFiles,
-    coalition: Option<&str>,
-    preferences: &Path,
-    given: &Given,
-    sink: &TerminalSink,
-) -> Result<Question, Error> {
-    let mut question = preferred(loaded(&document(model)?, given, sink)?, preferences, sink)?;
-    play_as(coalition, Arc::make_mut(&mut question.program))?;
-    Ok(question)
+pub(super) fn preferring(model: Model, preferences: &Path, sink: &TerminalSink) -> Result<Task, Error> {
+    let task = model.task(&read(preferences)?)?;
+    task.warnings().into_iter().for_each(|warning| sink.tell(warning));
+    Ok(task)
 }
 
 /// Notes that probabilities of a planning problem are assumed, for commands that compute numbers.

@@ -2,9 +2,7 @@
 //! the process. It reads the clock, too, as `supervise` does; the rest of the library does not.
 
 mod advice;
-mod agreement;
 mod asked;
-mod at;
 mod by_name;
 mod choose;
 #[cfg(test)]
@@ -14,13 +12,10 @@ mod exit;
 mod files;
 mod folder;
 mod load;
-mod mix_file;
 mod model_files;
-mod node_file;
 mod node_policy;
 mod objective_policy;
 mod options;
-mod phases;
 mod plan;
 mod planning;
 mod policy;

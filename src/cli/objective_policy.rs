@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
+use meliora::Task;
 use meliora::supervise::lock;
 use meliora_base::error::Error;
 use meliora_model::preference::Objective;
@@ -14,7 +15,7 @@ use meliora_report::ReachReport;
 
 use super::asked::{self, Texts};
 use super::exit::Status;
-use super::load::{self, Question};
+use super::load;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::policy::PlanArgs;
 use super::questions::{self, Given};
@@ -28,7 +29,7 @@ pub(super) struct OfObjective {
     pub(super) engine: EngineArgs,
     /// Receives the input if no list of rules achieves the objective: a policy needs memory, or is about a game, or
     /// none is named.
-    pub(super) left: Arc<Mutex<Option<Question>>>,
+    pub(super) left: Arc<Mutex<Option<Task>>>,
 }
 
 /// Writes a policy that achieves an objective.
@@ -65,20 +66,20 @@ impl OfObjective {
             let texts = Texts { target, properties: &[], require: &[], regions: false };
             asked::read(&self.model, &texts, sink)?
         } else {
-            let question = load::question(&self.model, &self.preferences, sink)?;
-            let preferences = &question.preferences;
+            let task = load::task(&self.model, &self.preferences, sink)?;
+            let preferences = &task.preferences;
             let objective = preferences.objectives.iter().find(|objective| objective.name == name);
             if objective.is_none() && self.objective.is_some() {
                 return Err(Error::Usage(format!(
                     "unknown objective `{name}`: `--objective NAME` names one"
                 )));
             }
-            let is_simple = preferences.requirements.is_empty() && question.program.players.is_none();
+            let is_simple = preferences.requirements.is_empty() && task.program.players.is_none();
             let Some(target) = objective.and_then(Objective::target).filter(|_| is_simple).cloned() else {
-                *lock(&self.left) = Some(question);
+                *lock(&self.left) = Some(task);
                 return Err(Error::Usage(format!("no list of rules achieves `{name}`")));
             };
-            let Question { program, .. } = question;
+            let Task { program, .. } = task;
             let asking = Asking::states(&program, target, &[])?;
             Questions::new(Arc::unwrap_or_clone(program), Plan::of(asking, name), Vec::new(), false)
         };

@@ -2,19 +2,15 @@
 
 use std::sync::Arc;
 
+use meliora::Task;
 use meliora_base::error::Error;
-use meliora_engine::{AnyEngine, Engine};
-use meliora_model::Program;
-use meliora_model::preference::ObjectiveSet;
-use meliora_planning::{Analysis, FiniteMemoryStrategy, Kind, Phase, StrategyKind};
+use meliora_engine::AnyEngine;
 use meliora_question::race::{Early, Raced};
 use meliora_report::envelope::{Envelope, Findings};
 
 use super::engines;
-use super::load::{self, Question};
+use super::load;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs};
-use super::phases;
-use super::progress::TerminalSink;
 use super::supervise::Job;
 
 /// The arguments for model, preferences and engine.
@@ -32,26 +28,26 @@ pub(super) struct Arguments<'a> {
 pub(super) fn read<F: Findings, T>(
     job: &Job<Envelope<F>>,
     given: Arguments<'_>,
-    more: impl FnOnce(&mut Question) -> Result<T, Error>,
-) -> Result<(Question, T), Error> {
+    more: impl FnOnce(&mut Task) -> Result<T, Error>,
+) -> Result<(Task, T), Error> {
     let read = || {
-        let mut question = load::question(given.model, given.preferences, &job.sink)?;
-        let more = more(&mut question)?;
-        Ok((question, more))
+        let mut task = load::task(given.model, given.preferences, &job.sink)?;
+        let more = more(&mut task)?;
+        Ok((task, more))
     };
-    let (question, more) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-    note(job, given, &question);
-    Ok((question, more))
+    let (task, more) = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
+    note(job, given, &task);
+    Ok((task, more))
 }
 
 /// Adds the input to the report.
 pub(super) fn note<F: Findings>(
     job: &Job<Envelope<F>>,
     Arguments { model, engine, .. }: Arguments<'_>,
-    question: &Question,
+    task: &Task,
 ) {
     job.update(|r| {
-        r.header.read_both(&question.program, &question.preferences);
+        r.header.read_both(&task.program, &task.preferences);
         r.header.select(&engine.select(model));
     });
 }
@@ -63,10 +59,10 @@ pub(super) fn note<F: Findings>(
 pub(super) fn raced<F: Findings + Clone + Send, T: Send>(
     job: &Job<Envelope<F>>,
     Arguments { model, engine, .. }: Arguments<'_>,
-    question: &Question,
+    task: &Task,
     answer: Answer<'_, F, T>,
 ) -> Result<T, Error> {
-    let (program, selected) = (&question.program, engine.select(model));
+    let (program, selected) = (&task.program, engine.select(model));
     let settings = &engines::settings(model, selected.storage, &job.sink)?;
     let early = Early::default();
     Raced { program, settings, selected, lists_states: false, early, answer }.run(job)
@@ -76,35 +72,3 @@ pub(super) fn raced<F: Findings + Clone + Send, T: Send>(
 /// of its own.
 pub(super) type Answer<'r, F, T> =
     &'r (dyn Fn(&Job<Envelope<F>>, &Arc<AnyEngine>) -> Result<T, Error> + Sync);
-
-/// Runs the analysis with these phases for the levels.
-///
-/// # Errors
-/// A limit is hit, or a target has no value in some state.
-pub(super) fn analysis<E: Engine>(
-    engine: &Arc<E>,
-    question: &Question,
-    args: &PreferenceArgs,
-    levels: &[Phase],
-    sink: &TerminalSink,
-) -> Result<Analysis<E>, Error> {
-    let mut analysis = Analysis::new(engine, &question.preferences, args.options());
-    let all = [&[Phase::Outcomes, Phase::Improvement], levels].concat();
-    phases::run(&mut analysis, &all, sink, &mut |_| ())?;
-    Ok(analysis)
-}
-
-/// Returns the strategy of an analysis whose levels are known.
-///
-/// # Errors
-/// [`Error::Usage`] if the levels are not known; a limit is hit.
-pub(super) fn finite_memory<E: Engine>(
-    analysis: &Analysis<E>,
-    program: &Arc<Program>,
-    kind: StrategyKind,
-    levels: Kind,
-    objectives: &ObjectiveSet,
-) -> Result<FiniteMemoryStrategy<E>, Error> {
-    let missing = || Error::Usage(format!("the levels of {levels} are not known"));
-    FiniteMemoryStrategy::of_kind(analysis, program, kind, levels, objectives.iter())?.ok_or_else(missing)
-}

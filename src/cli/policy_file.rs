@@ -5,24 +5,20 @@ use std::sync::Arc;
 
 use clap::builder::{OsStringValueParser, TypedValueParser as _};
 use clap::{Arg, Args};
+use meliora::Model;
+use meliora::commands::{GivenPolicy, PolicyForm};
 use meliora_base::error::{Error, SourceFile};
-use meliora_base::random::Draw;
-use meliora_certify::policy::rules::Rules;
-use meliora_engine::explicit::initial_states;
-use meliora_lang::{Checked, Given};
+use meliora_engine::Settings;
+use meliora_model::Program;
 use meliora_model::predicate::Predicate;
-use meliora_model::{Program, State};
-use meliora_question::strategies::MOST_STATES;
 use meliora_question::{Asking, Target as Goal};
 use meliora_report::policy_report::PolicyRuns;
-use meliora_report::{Header, PolicyReport, mix, node_file, policy_file};
+use meliora_report::{Header, PolicyReport};
 
 use super::asked::NO_GOAL;
 use super::exit::Status;
 use super::load;
-use super::mix_file::MixFile;
 use super::model_files::ModelFiles;
-use super::node_file::NodeFile;
 use super::options::{Limits, ShownArgs};
 use super::supervise::{Job, supervise};
 
@@ -65,14 +61,6 @@ pub(super) struct PolicyFile {
     pub(super) limits: Limits,
 }
 
-/// The contents of the files.
-struct Read {
-    program: Program,
-    goal: Predicate,
-    rules: Rules,
-    initial: Vec<State>,
-}
-
 impl PolicyFile {
     /// Checks the policy.
     ///
@@ -80,13 +68,8 @@ impl PolicyFile {
     /// A file is wrong; a limit.
     pub(super) fn check(self, is_strong: bool, shown: &ShownArgs) -> Result<Status, Error> {
         supervise(self.report(true), self.limits, shown, move |job| {
-            let source = load::read(&self.policy)?;
-            let Some(read) = self.rules(job, &source, is_strong, None)? else { return Ok(()) };
-            let Read { program, goal, rules, initial } = &read;
-            let check = || Ok(rules.check(program, goal, initial, is_strong, job.sink.as_ref())?);
-            let found = job.timed("answer", check, |r, s| r.time.add("answer", s))?;
-            job.update(|r| r.set(&read.program, found));
-            Ok(())
+            let policy = job.timed("parse", || self.read(job, is_strong), |r, s| r.time.add("parse", s))?;
+            job.timed("answer", || policy.check(job, is_strong), |r, s| r.time.add("answer", s))
         })
     }
 
@@ -95,26 +78,11 @@ impl PolicyFile {
     /// # Errors
     /// A file is wrong; a limit.
     pub(super) fn simulate(self, runs: PolicyRuns, shown: &ShownArgs) -> Result<Status, Error> {
-        let (count, limit, seed) = (runs.runs, runs.limit, runs.seed);
         let mut report = self.report(false);
         report.runs = Some(runs.clone());
         supervise(report, self.limits, shown, move |job| {
-            let source = load::read(&self.policy)?;
-            let Some(read) = self.rules(job, &source, false, Some(&runs))? else { return Ok(()) };
-            let all = || {
-                for number in 0..count {
-                    job.sink.check()?;
-                    let mut draw = Draw::numbered(seed, number);
-                    let start = match read.initial.as_slice() {
-                        [start] => start,
-                        several => &several[draw.below(several.len())],
-                    };
-                    let run = read.rules.run(&read.program, &read.goal, start, limit, &mut draw);
-                    job.update(|r| r.add(&read.program, run));
-                }
-                Ok(())
-            };
-            job.timed("answer", all, |r, s| r.time.add("answer", s))
+            let policy = job.timed("parse", || self.read(job, false), |r, s| r.time.add("parse", s))?;
+            job.timed("answer", || policy.run(job, &runs), |r, s| r.time.add("answer", s))
         })
     }
 
@@ -123,106 +91,52 @@ impl PolicyFile {
         PolicyReport::of_file(header, &self.policy.display().to_string(), is_check)
     }
 
-    /// Reads a list of rules. Checks or runs a policy of another form; `None` for these.
-    fn rules(
-        &self,
-        job: &Job<PolicyReport>,
-        source: &Arc<SourceFile>,
-        is_strong: bool,
-        runs: Option<&PolicyRuns>,
-    ) -> Result<Option<Read>, Error> {
-        if node_file::is_nodes(source) {
-            return self.with_memory(job, source, is_strong, runs).map(|()| None);
-        }
-        self.without_preferences()?;
-        if mix::is_mix(source) {
-            return self.mixed(job, source, is_strong, runs).map(|()| None);
-        }
-        job.timed("parse", || self.read(job, source), |r, s| r.time.add("parse", s)).map(Some)
-    }
-
-    /// Refuses preferences that would have no meaning.
-    fn without_preferences(&self) -> Result<(), Error> {
-        match self.preferences {
-            None => Ok(()),
-            Some(_) => {
-                let message = "this policy has a goal of its own, and no preferences: leave out PREFS";
-                Err(Error::Usage(message.to_owned()))
+    /// Reads the policy, and the model that it is for.
+    fn read(&self, job: &Job<PolicyReport>, is_strong: bool) -> Result<GivenPolicy, Error> {
+        let source = &load::read(&self.policy)?;
+        let form = PolicyForm::of(source);
+        let has_goal = is_strong || self.target.is_some();
+        let wrong = match (form, &self.preferences) {
+            (PolicyForm::Nodes, _) if has_goal => {
+                "this policy is about preferences: leave out `--target` and `--strong`"
             }
-        }
-    }
-
-    /// Checks or runs a policy with memory.
-    fn with_memory(
-        &self,
-        job: &Job<PolicyReport>,
-        source: &Arc<SourceFile>,
-        is_strong: bool,
-        runs: Option<&PolicyRuns>,
-    ) -> Result<(), Error> {
-        let wrong = |message: &str| Err(Error::Usage(message.to_owned()));
-        if is_strong || self.target.is_some() {
-            return wrong("this policy is about preferences: leave out `--target` and `--strong`");
-        }
-        let Some(preferences) = &self.preferences else {
-            return wrong("this policy is about preferences: name the preference file after the model");
+            (PolicyForm::Nodes, None) => {
+                "this policy is about preferences: name the preference file after the model"
+            }
+            (PolicyForm::Nodes, Some(preferences)) => {
+                let task = load::preferring(self.model(job, false)?, preferences, &job.sink)?;
+                job.update(|r| r.header.read(&task.program));
+                return GivenPolicy::nodes(source, task, job.sink.as_ref());
+            }
+            (_, Some(_)) => "this policy has a goal of its own, and no preferences: leave out PREFS",
+            (PolicyForm::Mix, None) if has_goal => {
+                "the strategies of `multi` have objectives of their own: leave out `--target` and `--strong`"
+            }
+            (PolicyForm::Mix, None) => {
+                let (memory, sink) = (self.limits.memory, Arc::clone(&job.sink) as _);
+                let settings = Settings { memory, sink, ..Default::default() };
+                return GivenPolicy::mix(source, self.program(job, false)?, settings);
+            }
+            (PolicyForm::Rules, None) => {
+                let program = self.program(job, self.target.is_none())?;
+                let goal = goal(&program, self.target.as_deref())?;
+                return GivenPolicy::rules(source, program, goal, job.sink.as_ref());
+            }
         };
-        let read = || {
-            let coalition = self.coalition.as_deref();
-            let question = load::certified(&self.model, coalition, preferences, &self.given(), &job.sink)?;
-            job.update(|r| r.header.read(&question.program));
-            let initial = initial_states(&question.program, MOST_STATES, job.sink.as_ref())?;
-            NodeFile::new(source, question, initial)
-        };
-        let read = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-        job.timed("answer", || read.work(job, runs), |r, s| r.time.add("answer", s))
+        Err(Error::Usage(wrong.to_owned()))
     }
 
-    fn given(&self) -> Given {
-        Given {
-            constants: SourceFile::new("--const", self.constants.as_str()),
-            bounds: SourceFile::new("--bounds", self.bounds.as_str()),
-        }
+    fn model(&self, job: &Job<PolicyReport>, for_goals: bool) -> Result<Model, Error> {
+        let given = load::given("--const", self.constants.as_str(), self.bounds.as_str());
+        let coalition = self.coalition.as_deref().filter(|_| self.preferences.is_some());
+        load::model(&self.model, coalition, &given, for_goals, &job.sink)
     }
 
-    /// Checks or runs the strategies of a property `multi(…)`.
-    fn mixed(
-        &self,
-        job: &Job<PolicyReport>,
-        source: &Arc<SourceFile>,
-        is_strong: bool,
-        runs: Option<&PolicyRuns>,
-    ) -> Result<(), Error> {
-        if is_strong || self.target.is_some() {
-            let message =
-                "the strategies of `multi` have objectives of their own: leave out `--target` and `--strong`";
-            return Err(Error::Usage(message.to_owned()));
-        }
-        let read = || MixFile::new(source, self.program(job, false)?, self.limits);
-        let read = job.timed("parse", read, |r, s| r.time.add("parse", s))?;
-        job.timed("answer", || read.work(job, runs), |r, s| r.time.add("answer", s))
-    }
-
-    /// Reads the model.
+    /// Reads the model of a policy with a goal of its own.
     fn program(&self, job: &Job<PolicyReport>, for_goals: bool) -> Result<Program, Error> {
-        let given = self.given();
-        let document = load::document(&self.model)?;
-        let document = if for_goals { document.for_goals() } else { document };
-        let Checked { program, warnings, .. } = document.load(&given, job.sink.as_ref())?;
-        job.sink.warn_at(&warnings);
+        let program = self.model(job, for_goals)?.into_program();
         job.update(|r| r.header.read(&program));
         Ok(program)
-    }
-
-    fn read(&self, job: &Job<PolicyReport>, source: &Arc<SourceFile>) -> Result<Read, Error> {
-        let program = self.program(job, self.target.is_none())?;
-        let goal = goal(&program, self.target.as_deref())?;
-        let initial = initial_states(&program, MOST_STATES, job.sink.as_ref())?;
-        if initial.is_empty() {
-            return Err(Error::Usage("the model has no initial state to follow a policy from".to_owned()));
-        }
-        let rules = policy_file::read(source, &program)?;
-        Ok(Read { program, goal, rules, initial })
     }
 }
 

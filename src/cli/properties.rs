@@ -72,7 +72,7 @@ pub(super) fn read(
         open.retain(|name| !declared.contains(name));
     }
     let [theirs, others] = split_constants(&given, &open)?;
-    let mut program = load::parsed(&model.with_constants(&others.text), sink)?.program;
+    let mut program = load::parsed(&model.with_constants(&others.text), sink)?.into_program();
     let mut stated = parse_properties(&source, &theirs, &mut program)?;
     let required = load::required(chosen.require)?;
     if let Some(only) = chosen.only {

@@ -1,5 +1,6 @@
 //! Answers the questions of `meliora reach`, and writes regions and strategies.
 
+use meliora::commands::region_dump;
 use meliora_base::error::Error;
 use meliora_question::{Options, Questions, Strategies, pipeline, regions};
 use meliora_report::{ReachReport, mix, policy};
@@ -49,9 +50,10 @@ pub(super) fn work(job: &Job<ReachReport>, given: &Given<'_>, asked: &Questions)
         let found = pipeline::answer(job, &options, asked)?;
         return given.write(job, asked, &found);
     };
-    Regions::check(asked)?;
+    region_dump::check(asked)?;
     let computed = regions::compute(job, &options, asked)?;
-    let written = job.timed("write", || out.write(job, asked, computed), |_, _| ())?;
+    let write = || region_dump::write(job, asked, computed, out.model.path(), out.directory);
+    let written = job.timed("write", write, |_, _| ())?;
     job.update(|r| r.written = Some(written));
     job.sink.ended_share().map_or(Ok(()), |limit| Err(limit.into()))
 }

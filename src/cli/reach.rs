@@ -98,13 +98,14 @@ impl ReachArgs {
             None if self.all_properties => asked::names(&self.model, ends[0])?,
             None => self.property.clone(),
         };
-        load::check_each(&self.model, ends, |loaded| match &self.properties {
-            Some(file) => properties::check(file, loaded.program),
+        load::check_each(&self.model, ends, |model| match &self.properties {
+            Some(file) => properties::check(file, model.into_program()),
             // The model names them, and each has its own reason if it is not answered.
             None if self.all_properties => Ok(()),
             None => {
                 let required = load::required(&self.require)?;
-                asked::planned(&loaded, &self.texts(), &required).map(drop)
+                let (program, named) = model.into_parts();
+                asked::planned((&program, &named), &self.texts(), &required).map(drop)
             }
         })?;
         Ok(sweep::Columns::new("reach", report, &properties))

@@ -2,42 +2,33 @@
 
 use std::io::{self, IsTerminal};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
+use meliora::NamedStates;
+use meliora::Task;
+use meliora::commands::strategies::opponent;
+use meliora::commands::{PageRun, check};
 use meliora::supervise::memory;
 use meliora_base::error::Error;
 use meliora_engine::{Engine, SymbolicEngine};
 use meliora_export::projections::{self, Plane, Projections};
 use meliora_model::State;
-use meliora_planning::{Analysis, Kind, Opponent, Rank, Scheduler, Setup, Simulation, StrategyKind};
-use meliora_quantities::all_states::MOST_STATES;
+use meliora_planning::{Analysis, Opponent, Scheduler, StrategyKind};
+use meliora_quantities::Choose;
 use meliora_quantities::outlook::Outlook;
-use meliora_quantities::{Achiever, Choose};
 use meliora_report::page::{Content, Picture, ShownRun, Written};
 use meliora_report::report::Report;
-use meliora_report::simulate::TraceReport;
 use meliora_report::{CheckReport, PageReport};
 use strum::{Display, IntoStaticStr};
 
-use super::at::At;
 use super::by_name::by_name;
-use super::check::{self, Checked};
 use super::choose::validate_scheduler;
 use super::engines;
 use super::exit::Status;
 use super::files::Target;
-use super::load::{self, Question};
+use super::load;
 use super::options::{EngineArgs, EngineChoice, ModelArgs, PreferenceArgs, ShownArgs};
-use super::plan;
-use super::simulate::opponent;
 use super::supervise::{Job, supervise};
-
-/// Maximum number of steps of the run in a page.
-const STEPS: u64 = 500;
-
-/// Number of runs that are tried until one has all guaranteed or possible improvements.
-const RUNS: u64 = 100;
 
 /// Write an interactive page: verdict, maps, preference order, levels, and a run step by step
 ///
@@ -124,12 +115,6 @@ enum Format {
     Dot,
 }
 
-impl Checked for PageReport {
-    fn check(&mut self) -> &mut CheckReport {
-        &mut self.check
-    }
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -144,6 +129,12 @@ pub(super) fn run(args: ReportArgs) -> Result<Status, Error> {
 }
 
 impl ReportArgs {
+    /// Returns the run that is asked for.
+    fn run(&self) -> PageRun {
+        let (kind, objective, scheduler) = (self.kind, self.objective.clone(), self.scheduler);
+        PageRun { kind, objective, scheduler, choose: self.choose, opponent: self.opponent, seed: self.seed }
+    }
+
     /// Returns the file of a page for which none was named; `None` where the page can go to stdout, which is
     /// not a terminal.
     fn named_after_the_model(&self) -> Option<PathBuf> {
@@ -192,35 +183,35 @@ fn work(job: &Job<PageReport>, args: &ReportArgs) -> Result<(), Error> {
         return Err(Error::Usage(message.to_owned()));
     }
     let read = || {
-        let question = load::question(&args.model, &args.preferences, &job.sink)?;
-        opponent(&question.program, args.opponent)?;
+        let task = load::task(&args.model, &args.preferences, &job.sink)?;
+        opponent(&task.program, args.opponent)?;
         let plane = match &args.grid {
-            Some(names) => Some(Plane::named(&question.program, names)?),
-            None => Plane::guess(&question.program),
+            Some(names) => Some(Plane::named(&task.program, names)?),
+            None => Plane::guess(&task.program),
         };
         let at: Vec<String> = args.at.iter().cloned().collect();
-        let at = At::read(&question.program, &at)?;
-        Ok((question, plane, at))
+        let at = NamedStates::read(&task.program, "--at", &at)?;
+        Ok((task, plane, at))
     };
-    let (question, plane, at) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
-    check::read(job, &question);
-    let build = || engines::symbolic(&question.program, &args.model, &job.sink);
+    let (task, plane, at) = job.timed("parse", read, |r, s| r.check.time.add("parse", s))?;
+    job.update(|r| r.check.read(&task.program, task.preferences.empty, task.preferences.history));
+    let build = || engines::symbolic(&task.program, &args.model, &job.sink);
     let engine = job.timed("build", build, |r, s| r.check.time.add("build", s))?;
-    let start = at.states(&*engine, &question.program, args.model.scope, 1, &job.sink)?.pop();
-    let analysis = check::analyse(job, &engine, &question, &args.preferences)?;
-    check::cycles(job, &analysis, &question, 1)?;
+    let start = at.states(&*engine, &task.program, 1, &|text| job.sink.warn(text))?.pop();
+    let analysis = check::analyse(job, &engine, &task, args.preferences.options())?;
+    check::cycles(job, &analysis, &task.program, 1)?;
     check::by_step(job, &analysis, meliora_quantities::outlook::LISTED)?;
     let start = match start {
         Some(start) => Some(start),
         None => engine.list_states(&engine.initial_states(), 1)?.pop(),
     };
-    PageWriter { job, question: &question, args, target, analysis: &analysis }.write(plane, start)
+    PageWriter { job, task: &task, args, target, analysis: &analysis }.write(plane, start)
 }
 
 /// A finished analysis with the report that receives its results.
 struct PageWriter<'a> {
     job: &'a Job<PageReport>,
-    question: &'a Question,
+    task: &'a Task,
     args: &'a ReportArgs,
     target: Option<Target>,
     analysis: &'a Analysis<SymbolicEngine>,
@@ -268,7 +259,7 @@ impl PageWriter<'_> {
         self.job.update(|r| report = Some(r.check.clone()));
         let Some(mut check) = report else { return Ok(String::new()) };
         check.finish(self.job.sink.supervisor.elapsed().as_secs_f64(), memory::peak_rss());
-        let preferences = &self.question.preferences;
+        let preferences = &self.task.preferences;
         let content = Content { check: &check, preferences, projections, run, outlook };
         match self.args.format {
             Format::Html => Ok(content.html()),
@@ -288,24 +279,9 @@ impl PageWriter<'_> {
     fn outlook(&self) -> Result<Option<Outlook>, Error> {
         let cut = self.args.preferences.options().max_level.is_some();
         match self.args.format {
-            Format::Html if !cut => Outlook::of(self.analysis, &self.question.program).map(Some),
+            Format::Html if !cut => Outlook::of(self.analysis, &self.task.program).map(Some),
             _ => Ok(None),
         }
-    }
-
-    /// Returns the kind of strategy of the run, and of its improvements: the possible ones where none is
-    /// guaranteed.
-    fn kind(&self, start: &State) -> Result<(StrategyKind, Kind), Error> {
-        let engine = self.analysis.engine();
-        let improves =
-            |kind| Ok::<_, Error>(self.analysis.levels(kind).rank(engine, start)? != Rank::Finite(0));
-        let kind = self.args.kind.unwrap_or(StrategyKind::Plan);
-        let levels = match self.args.choose.filter(|choose| choose.kind().is_some()) {
-            Some(choose) => choose.levels(kind),
-            None if kind == StrategyKind::Plan && !improves(Kind::Sasi)? && improves(Kind::Spi)? => Kind::Spi,
-            None => kind.levels(),
-        };
-        Ok((kind, levels))
     }
 
     /// Returns the run that a page shows. Pictures have none, and compute one to check its options only.
@@ -313,50 +289,8 @@ impl PageWriter<'_> {
         let args = self.args;
         let asked = args.kind.is_some() || args.objective.is_some() || args.choose.is_some();
         match start.filter(|_| asked || args.format == Format::Html) {
-            Some(start) => self.best_run(start, outlook),
+            Some(start) => args.run().shown(self.analysis, &self.task.program, start, outlook),
             None => Ok(None),
         }
-    }
-
-    /// Simulates a run from a state; returns `None` if the strategy does nothing there.
-    fn best_run(&self, start: &State, outlook: Option<&Outlook>) -> Result<Option<ShownRun>, Error> {
-        let (kind, levels) = self.kind(start)?;
-        let program = &self.question.program;
-        if kind != StrategyKind::Achieve
-            && !outlook.is_some_and(Outlook::has_values)
-            && self.args.choose.is_some_and(|choose| choose != Choose::First)
-        {
-            let message = format!(
-                "`--choose` needs values, which a page has for complete levels of at most {MOST_STATES} states"
-            );
-            return Err(Error::Usage(message));
-        }
-        let objectives = kind.objectives(self.analysis.preferences(), self.args.objective.as_deref())?;
-        let mut strategy = plan::finite_memory(self.analysis, program, kind, levels, &objectives)?;
-        let is_likely = kind == StrategyKind::Achieve && self.args.choose == Some(Choose::Likely);
-        if is_likely {
-            let (starts, objectives) = (std::slice::from_ref(start), strategy.objectives());
-            let rule = Achiever::compute(self.analysis, program, starts, objectives)?;
-            strategy.choose_by(Arc::new(rule));
-        }
-        let improves = strategy.rank(start)? != Rank::Finite(0) && kind != StrategyKind::Achieve;
-        if !improves && strategy.pursued(strategy.start(start)?).is_empty() {
-            return Ok(None);
-        }
-        let by_value = self.args.choose != Some(Choose::First) && self.args.scheduler == Scheduler::Progress;
-        let choose = match outlook.filter(|_| by_value && improves) {
-            Some(outlook) => outlook.attach(&mut strategy),
-            None if is_likely => Choose::Likely,
-            None => Choose::First,
-        };
-        let (scheduler, seed) = (self.args.scheduler, self.args.seed);
-        let setup = Setup { scheduler, runs: RUNS, steps: STEPS, seed };
-        let opponent = opponent(program, self.args.opponent)?;
-        let mut simulation = Simulation::new(&mut strategy, setup).against(opponent.unwrap_or_default());
-        let (told, end) = simulation.telling(start)?;
-        let trace = TraceReport::new(program, &self.question.preferences, start, &told);
-        let visited = told.turns.iter().map(|turn| turn.state.clone());
-        let states = std::iter::once(start.clone()).chain(visited).collect();
-        Ok(Some(ShownRun { kind, scheduler, choose, opponent, seed, tried: RUNS, trace, states, end }))
     }
 }

@@ -4,25 +4,23 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Args;
+use meliora::Task;
+use meliora::commands::check::levels;
+use meliora::commands::listed;
+use meliora::commands::strategies::{Runs, opponent};
 use meliora_base::error::Error;
 use meliora_engine::Engine;
-use meliora_model::{Program, State};
+use meliora_model::Program;
 use meliora_planning::tally::Trace;
-use meliora_planning::{
-    Analysis, Kind, Opponent, Phase, Rank, Scheduler, Setup, Simulation, StrategyKind, improvable,
-};
-use meliora_quantities::Choose;
+use meliora_planning::{Opponent, Scheduler, Setup, StrategyKind};
 use meliora_report::SimulateReport;
 use meliora_report::policy_report::PolicyRuns;
-use meliora_report::simulate::RunsReport;
 use meliora_report::simulate_csv::{RunLines, RunStart};
 
-use super::at;
 use super::by_name::by_name;
 use super::choose::{ChooseArgs, Prepared, validate_scheduler};
 use super::exit::Status;
 use super::files::{Pieces, Target};
-use super::load::Question;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
 use super::plan::{self, Arguments};
 use super::policy_file::{PolicyFile, optional_with_policy};
@@ -176,86 +174,41 @@ fn work(
     };
     let prepared = args.choose.prepared(job, given, &args.at, kind, check)?;
     simulate(job, given, &prepared, args, csv)?;
-    Ok(prepared.question.program)
-}
-
-/// Returns the choices of the opponent; `None` if the model is not a game.
-///
-/// # Errors
-/// Choices are given, and the model is not a game.
-pub(super) fn opponent(program: &Program, given: Option<Opponent>) -> Result<Option<Opponent>, Error> {
-    match (&program.players, given) {
-        (Some(_), given) => Ok(Some(given.unwrap_or_default())),
-        (None, None) => Ok(None),
-        (None, Some(_)) => Err(Error::Usage("`--opponent`: only a game (`smg`) has an opponent".to_owned())),
-    }
+    Ok(prepared.task.program)
 }
 
 fn simulate(
     job: &Job<SimulateReport>,
     given: Arguments<'_>,
-    prepared: &Prepared,
+    Prepared { task, wanted, at }: &Prepared,
     args: &SimulateArgs,
     csv: Option<&Target>,
 ) -> Result<(), Error> {
-    let Prepared { question, kind, at, costs } = prepared;
-    let kind = *kind;
     let limit = args.limit as usize;
-    let asked: &[Phase] = match args.choose.choose {
-        Choose::First => &[Phase::levels(args.choose.choose.levels(kind))],
-        Choose::Likely | Choose::Cheap => &[Phase::Sasi, Phase::Spi],
-    };
-    let (engine, starts, analysis) = plan::raced(job, given, question, &|job, engine| {
+    let (engine, starts, analysis) = plan::raced(job, given, task, &|job, engine| {
         let starts = if at.is_empty() {
-            at::listed(&**engine, &engine.initial_states(), limit, &|text| job.sink.note(text))?.0
+            listed(&**engine, &engine.initial_states(), limit, &|text| job.sink.note(text))?.0
         } else {
-            at.states(&**engine, &question.program, args.model.scope, limit, &job.sink)?
+            at.states(&**engine, &task.program, limit, &|text| job.sink.warn(text))?
         };
-        let levels = || plan::analysis(engine, question, &args.preferences, asked, &job.sink);
-        let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+        let analyse = || levels(job, engine, task, args.preferences.options(), wanted.phases());
+        let analysis = job.timed("levels", analyse, |r, s| r.time.add("levels", s))?;
         Ok((Arc::clone(engine), starts, analysis))
     })?;
-    let mut strategy = args.choose.strategy(&analysis, &question.program, kind)?;
-    let attach = || args.choose.attach(&analysis, costs, &question.program, &starts, &mut strategy);
+    let mut strategy = wanted.strategy(&analysis, &task.program)?;
+    let attach = || wanted.attach(&analysis, &task.program, &starts, &mut strategy);
     let chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
-    let opponent = args.opponent.unwrap_or_default();
-    let mut simulation = Simulation::new(&mut strategy, args.setup()).against(opponent);
+    let (setup, opponent) = (args.setup(), args.opponent.unwrap_or_default());
     // The text tells whether other improvements are possible where none is guaranteed.
-    let advises = args.choose.choose.levels(kind) == Kind::Sasi && !args.shown.json;
-    let mut improvable = None;
-    let mut table = Table::begin(question, csv, args.statistics.as_deref())?;
+    let runs = Runs { task, analysis: &analysis, chooser, setup, opponent, advises: !args.shown.json };
+    let mut table = Table::begin(task, csv, args.statistics.as_deref())?;
     let all = || {
-        for (number, start) in (1..).zip(&starts) {
-            let levels = args.choose.choose.levels(kind);
-            let (most_preferred, rank) = (analysis.most_preferred(start)?, analysis.rank(levels, start)?);
-            let from = RunStart { number, state: start, most_preferred, rank };
-            let tally = simulation.run_each(start, &mut |trace| table.add(&from, trace))?;
-            table.end()?;
-            let is_hopeless = advises
-                && tally.rank == Rank::Finite(0)
-                && !is_improvable(&analysis, &mut improvable, start)?;
-            let report = RunsReport::new(&question.program, &question.preferences, kind, tally)
-                .compared(chooser.as_ref().and_then(|rule| rule.attained(start)))
-                .hopeless(is_hopeless);
-            job.update(|r| r.starts.push(report));
-        }
+        runs.run(job, &mut strategy, &starts, &mut |from, trace| table.add(from, trace))?;
         table.finish()
     };
     job.timed("answer", all, |r, s| r.time.add("answer", s))?;
     job.update(|r| r.used(engine.usage()));
     Ok(())
-}
-
-/// Returns whether an improvement is possible from a state; `known` keeps the set of these states.
-fn is_improvable<E: Engine>(
-    analysis: &Analysis<E>,
-    known: &mut Option<E::States>,
-    state: &State,
-) -> Result<bool, Error> {
-    if known.is_none() {
-        *known = improvable(analysis)?;
-    }
-    known.as_ref().map_or(Ok(false), |states| analysis.engine().contains(states, state))
 }
 
 /// The lines of the runs, if they are asked for.
@@ -264,35 +217,23 @@ struct Table<'a> {
     out: Option<Pieces<'a>>,
     /// True if the lines are the only result.
     is_alone: bool,
-    /// The first error; a simulation does not stop at it.
-    wrong: Option<Error>,
 }
 
 impl<'a> Table<'a> {
-    fn begin(
-        question: &'a Question,
-        csv: Option<&'a Target>,
-        statistics: Option<&Path>,
-    ) -> Result<Self, Error> {
-        let lines = RunLines { program: &question.program, preferences: &question.preferences };
+    fn begin(task: &'a Task, csv: Option<&'a Target>, statistics: Option<&Path>) -> Result<Self, Error> {
+        let lines = RunLines { program: &task.program, preferences: &task.preferences };
         let mut out = csv.map(Target::pieces).transpose()?;
         if let Some(out) = &mut out {
             out.push(&lines.heading())?;
         }
         let is_alone = csv.is_some_and(Target::is_stdout) && statistics.is_none();
-        Ok(Table { lines, out, is_alone, wrong: None })
+        Ok(Table { lines, out, is_alone })
     }
 
-    fn add(&mut self, start: &RunStart<'_>, trace: &Trace) {
-        if let (Some(out), None) = (&mut self.out, &self.wrong) {
-            let written = out.push(&self.lines.rows(start, trace));
-            let is_unread = self.is_alone && out.is_closed();
-            self.wrong = written.err().or_else(|| is_unread.then(terminal::unread));
-        }
-    }
-
-    fn end(&mut self) -> Result<(), Error> {
-        self.wrong.take().map_or(Ok(()), Err)
+    fn add(&mut self, start: &RunStart<'_>, trace: &Trace) -> Result<(), Error> {
+        let Some(out) = &mut self.out else { return Ok(()) };
+        out.push(&self.lines.rows(start, trace))?;
+        if self.is_alone && out.is_closed() { Err(terminal::unread()) } else { Ok(()) }
     }
 
     fn finish(self) -> Result<(), Error> {

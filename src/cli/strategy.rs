@@ -4,29 +4,22 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
 use clap::Args;
+use meliora::commands::check::levels;
+use meliora::commands::listed;
+use meliora::commands::strategies::{Explaining, StrategyOptions, refuse_more};
 use meliora::supervise::lock;
-use meliora_base::error::{Error, Limit};
-use meliora_engine::{Algebra, Count, Engine};
+use meliora_base::error::Error;
+use meliora_engine::{Algebra, Engine};
 use meliora_model::{Program, State};
-use meliora_planning::induced_model::{Node, Unfolding};
-use meliora_planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Phase, Rank, Scheduler, StrategyKind,
-};
-use meliora_quantities::ValuedRule;
-use meliora_quantities::cost::Costs;
+use meliora_planning::{Phase, Scheduler, StrategyKind};
 use meliora_question::strategies::MOST_STATES;
-use meliora_report::choose::Attains;
-use meliora_report::reason::Words;
-use meliora_report::state::{Place, StateReport};
-use meliora_report::{Number, StrategyReport, Style, Written, strategy_table};
+use meliora_report::state::StateReport;
+use meliora_report::{StrategyReport, Style, Written, strategy_table};
 
-use super::at;
 use super::by_name::by_name;
-use super::check;
 use super::choose::{ChooseArgs, Prepared};
 use super::exit::Status;
 use super::files::{Pieces, Target};
-use super::load::Question;
 use super::node_policy::NodePolicyWriter;
 use super::objective_policy::{OfObjective, policy_of};
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
@@ -35,9 +28,6 @@ use super::plan::{self, Arguments};
 use super::policy_file::optional_with_policy;
 use super::supervise::{Job, supervise};
 use super::terminal;
-
-/// Maximum number of nodes of the induced model that the text lists.
-const MOST_NODES: usize = 60;
 
 /// Explain which actions a strategy permits in a state, and why
 ///
@@ -161,10 +151,10 @@ fn write_policy(args: StrategyArgs, policy: PathBuf) -> Result<Status, Error> {
             end => return end,
         }
     }
-    let question = lock(&left).take();
+    let task = lock(&left).take();
     let scheduler = args.scheduler.unwrap_or(Scheduler::Progress);
     NodePolicyWriter { model, preferences, choose, engine, kind, scheduler, all: args.all, limit, policy }
-        .write(question, &shown)
+        .write(task, &shown)
 }
 
 fn work(
@@ -175,188 +165,77 @@ fn work(
 ) -> Result<(), Error> {
     let given = Arguments { model: &args.model, preferences: &args.preferences, engine: &args.engine };
     let prepared = args.choose.prepared(job, given, &args.at, kind, |_| Ok(()))?;
-    let Prepared { question, at, costs, .. } = &prepared;
-    let (engine, states, analysis) = plan::raced(job, given, question, &|job, engine| {
-        let states = at.states(&**engine, &question.program, args.model.scope, args.limit(), &job.sink)?;
+    let Prepared { task, wanted, at } = &prepared;
+    let (engine, states, analysis) = plan::raced(job, given, task, &|job, engine| {
+        let states = at.states(&**engine, &task.program, args.limit(), &|text| job.sink.warn(text))?;
         if args.all {
             // Levels may take much longer than counting.
             refuse_more(&engine.count(&engine.all_states())?, args.limit())?;
         }
-        let both = [Phase::Sasi, Phase::Spi];
-        let levels = || plan::analysis(engine, question, &args.preferences, &both, &job.sink);
-        let analysis = job.timed("levels", levels, |r, s| r.time.add("levels", s))?;
+        let analyse = || levels(job, engine, task, args.preferences.options(), &[Phase::Sasi, Phase::Spi]);
+        let analysis = job.timed("levels", analyse, |r, s| r.time.add("levels", s))?;
         Ok((Arc::clone(engine), states, analysis))
     })?;
-    let strategy = args.choose.strategy(&analysis, &question.program, kind)?;
-    let mut answering =
-        Answering { job, question, args, csv, analysis: &analysis, strategy, costs, chooser: None };
-    job.timed("answer", || answering.answer(states), |r, s| r.time.add("answer", s))?;
+    let strategy = wanted.strategy(&analysis, &task.program)?;
+    let choosing = args.choose.shown();
+    let explaining = Explaining { task, analysis: &analysis, strategy, choosing, chooser: None };
+    let answer = || answer(job, args, (explaining, wanted), states, csv);
+    job.timed("answer", answer, |r, s| r.time.add("answer", s))?;
     job.update(|r| r.used(engine.usage()));
     Ok(())
 }
 
-/// Refuses a scope with more states than the limit.
-///
-/// # Errors
-/// [`Limit::Size`] with the number of states.
-fn refuse_more(count: &Count, limit: usize) -> Result<(), Error> {
-    if *count <= Count::from(limit) {
+/// Explains the states that are asked for; `given` are those of `--at`.
+fn answer<E: Engine>(
+    job: &Job<StrategyReport>,
+    args: &StrategyArgs,
+    (mut explaining, wanted): (Explaining<'_, E>, &StrategyOptions),
+    given: Vec<State>,
+    csv: Option<&Target>,
+) -> Result<(), Error> {
+    let states = if args.at.is_empty() { found(job, args, &explaining)? } else { given };
+    let (analysis, program) = (explaining.analysis, &explaining.task.program);
+    let attach = || wanted.attach(analysis, program, &states, &mut explaining.strategy);
+    explaining.chooser = job.timed("values", attach, |r, s| args.choose.count(&mut r.time, s))?;
+    if args.dot {
+        let (dot, is_complete) = explaining.graph(&states, args.limit())?;
+        if !is_complete {
+            let limit = args.limit();
+            job.sink.warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
+        }
+        job.update(|r| r.drawing = Some(dot));
         return Ok(());
     }
-    let grouped = Number(count.clone()).grouped();
-    let what = format!(
-        "the scope has {grouped} states, more than `--limit {limit}`; `--limit {count}` or more covers all"
-    );
-    Err(Limit::Size { what }.into())
+    let mut output = Output::begin(job, args, csv, program)?;
+    if args.all {
+        explaining.everywhere(&states, args.limit(), &mut |state| output.add(state))?;
+    } else {
+        // In a list of states, and next to lines that are printed as soon as they are known, induced models are left out.
+        let unfold = args.rank.is_none() && !csv.is_some_and(Target::is_stdout);
+        for state in states {
+            job.sink.check()?;
+            output.add(&explaining.state(&state, unfold)?)?;
+        }
+    }
+    output.finish()
 }
 
-/// An analysis with the report that receives its results.
-struct Answering<'a, E: Engine> {
-    job: &'a Job<StrategyReport>,
-    question: &'a Question,
-    args: &'a StrategyArgs,
-    csv: Option<&'a Target>,
-    analysis: &'a Analysis<E>,
-    strategy: FiniteMemoryStrategy<E>,
-    costs: &'a Costs,
-    /// The decision rule of the strategy, if it depends on values.
-    chooser: Option<Arc<dyn ValuedRule>>,
-}
-
-impl<'a, E: Engine> Answering<'a, E> {
-    fn answer(&mut self, given: Vec<State>) -> Result<(), Error> {
-        let states = match self.args.at.is_empty() {
-            _ if self.args.all => self.everywhere()?,
-            true => self.found()?,
-            false => given,
-        };
-        let choose = &self.args.choose;
-        let attach =
-            || choose.attach(self.analysis, self.costs, &self.question.program, &states, &mut self.strategy);
-        self.chooser = self.job.timed("values", attach, |r, s| choose.count(&mut r.time, s))?;
-        if self.args.dot {
-            return self.draw(&states);
-        }
-        let mut output = Output::begin(self.job, self.args, self.csv, &self.question.program)?;
-        if self.args.all {
-            self.unfold(&states, &mut output)?;
-        } else {
-            for state in states {
-                self.job.sink.check()?;
-                output.add(&self.state(&state)?)?;
-            }
-        }
-        output.finish()
-    }
-
-    /// Adds all states with the memories that paths may have there.
-    ///
-    /// # Errors
-    /// There are more than the limit; other limits.
-    fn unfold(&mut self, starts: &[State], output: &mut Output<'_>) -> Result<(), Error> {
-        // A rule takes one action; without one, all permitted actions may be taken.
-        let scheduler = if self.chooser.is_some() { Scheduler::Progress } else { Scheduler::Permissive };
-        let (words, limit, analysis) = (self.words(), self.args.limit(), self.analysis);
-        let mut unfolding = Unfolding::new(&mut self.strategy, starts, scheduler, limit)?;
-        let mut number = 0;
-        while let Some(Node { at, next }) = unfolding.next_node()? {
-            if !unfolding.complete {
-                return Err(Limit::Listed(limit as u64).into());
-            }
-            let rank = |kind| analysis.rank(kind, &at.state);
-            let attains = self.chooser.as_ref().and_then(|rule| rule.attained(&at.state));
-            output.add(&StateReport {
-                words,
-                ranks: [rank(Kind::Sasi)?, rank(Kind::Spi)?],
-                choosing: self.args.choose.shown(),
-                attains: attains.as_ref().map(Attains::new),
-                unfolded: None,
-                cycle: None,
-                place: Some(Place { node: number, is_start: number < starts.len(), next }),
-                at,
-            })?;
-            number += 1;
-        }
-        Ok(())
-    }
-
-    /// Returns whether the lines are printed as soon as they are known, in place of the text.
-    fn streams(&self) -> bool {
-        self.csv.is_some_and(Target::is_stdout)
-    }
-
-    /// Returns all states of the scope.
-    ///
-    /// # Errors
-    /// Limits.
-    fn everywhere(&self) -> Result<Vec<State>, Error> {
-        let engine = self.analysis.whole_engine();
-        let all = engine.all_states();
-        let count = engine.count(&all)?;
-        self.job.update(|r| r.asked = Some(count.into()));
-        engine.list_states(&all, self.args.limit())
-    }
-
-    /// Returns the states of the requested rank, or else the initial states, up to the limit.
-    fn found(&self) -> Result<Vec<State>, Error> {
-        let engine = self.analysis.engine();
-        let set = match self.args.rank {
-            None => engine.initial_states(),
-            Some(Asked::Unbounded) => self.strategy.states_of_rank(None)?,
-            Some(Asked::Exactly(k)) => self.strategy.states_of_rank(Some(k))?,
-        };
-        let (states, count) = at::listed(engine, &set, self.args.limit(), &|text| self.job.sink.note(text))?;
-        self.job.update(|r| r.asked = Some(count.into()));
-        Ok(states)
-    }
-
-    /// Returns the texts of the model and the preferences.
-    fn words(&self) -> Words<'a> {
-        let (program, preferences) = (&*self.question.program, &*self.question.preferences);
-        Words { program, preferences, kind: self.strategy.kind(), levels: self.strategy.levels() }
-    }
-
-    fn state(&mut self, state: &[i64]) -> Result<StateReport<'a>, Error> {
-        let ranks = [self.analysis.rank(Kind::Sasi, state)?, self.analysis.rank(Kind::Spi, state)?];
-        let memory = self.strategy.start(state)?;
-        let at = self.strategy.explain(state, memory)?;
-        // In a list of states, the induced model is left out.
-        let mut unfolded = None;
-        if self.args.rank.is_none()
-            && !self.streams()
-            && (memory.level != Rank::Finite(0) || !at.aims.is_empty())
-        {
-            let (starts, scheduler) = ([state.to_vec()], Scheduler::Progress);
-            unfolded = Some(InducedModel::unfold(&mut self.strategy, &starts, scheduler, MOST_NODES)?);
-        }
-        let cycle = match unfolded.is_some() && memory.level == Rank::Unbounded {
-            true => check::cycle(self.analysis, self.question, self.strategy.levels(), state)?,
-            false => None,
-        };
-        let attains = self.chooser.as_ref().and_then(|rule| rule.attained(state));
-        let attains = attains.as_ref().map(Attains::new);
-        Ok(StateReport {
-            words: self.words(),
-            at,
-            ranks,
-            choosing: self.args.choose.shown(),
-            attains,
-            unfolded,
-            cycle,
-            place: None,
-        })
-    }
-
-    fn draw(&mut self, states: &[State]) -> Result<(), Error> {
-        let limit = self.args.limit();
-        let unfolded = InducedModel::unfold(&mut self.strategy, states, Scheduler::Permissive, limit)?;
-        if !unfolded.complete {
-            self.job.sink.warn(&format!("the graph ends after {limit} nodes; a larger `--limit` shows more"));
-        }
-        let dot = strategy_table::dot(self.words(), &unfolded, states.len());
-        self.job.update(|r| r.drawing = Some(dot));
-        Ok(())
-    }
+/// Returns all states of the scope, those of the requested rank, or else the initial states, up to the limit.
+fn found<E: Engine>(
+    job: &Job<StrategyReport>,
+    args: &StrategyArgs,
+    Explaining { analysis, strategy, .. }: &Explaining<'_, E>,
+) -> Result<Vec<State>, Error> {
+    let (whole, engine) = (analysis.whole_engine(), analysis.engine());
+    let (engine, set) = match args.rank {
+        _ if args.all => (whole, whole.all_states()),
+        None => (engine, engine.initial_states()),
+        Some(Asked::Unbounded) => (engine, strategy.states_of_rank(None)?),
+        Some(Asked::Exactly(k)) => (engine, strategy.states_of_rank(Some(k))?),
+    };
+    let (states, count) = listed(engine, &set, args.limit(), &|text| job.sink.note(text))?;
+    job.update(|r| r.asked = Some(count.into()));
+    Ok(states)
 }
 
 /// The receivers of the states: a table, and the text, the JSON report or neither.

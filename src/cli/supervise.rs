@@ -8,6 +8,7 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 use std::time::Duration;
 
+use meliora::commands::Work;
 use meliora::supervise::{Failure, Supervisor, TimeLimit, lock, memory, spawn};
 use meliora_base::error::{Error, Limit};
 use meliora_engine::{ProgressSink, Selection, Usage};
@@ -99,6 +100,42 @@ impl<F: Findings + Clone + Send> race::Job for Job<Envelope<F>> {
         if !Arc::ptr_eq(&self.sink, &other.sink) {
             self.sink.show(Some(&other.sink));
         }
+    }
+}
+
+impl<R: Send> Work<R> for Job<R> {
+    fn change(&self, change: &mut dyn FnMut(&mut R)) {
+        self.update(|r| change(r));
+    }
+
+    fn begin(&self, name: &'static str) {
+        self.sink.enter(name);
+    }
+
+    fn end(&self, name: &'static str) -> f64 {
+        let seconds = self.sink.start(name).elapsed().as_secs_f64();
+        self.sink.finished(name);
+        seconds
+    }
+
+    fn part(&self, name: &'static str, part: &str) {
+        self.sink.report(name, part.to_owned());
+    }
+
+    fn warn(&self, warning: Warning) {
+        self.sink.tell(warning);
+    }
+
+    fn note(&self, text: &str) {
+        self.sink.note(text);
+    }
+
+    fn share(&self, parts: Option<usize>) {
+        self.sink.share(parts);
+    }
+
+    fn sink(&self) -> Arc<dyn ProgressSink> {
+        Arc::clone(&self.sink) as _
     }
 }
 

@@ -9,7 +9,6 @@ use meliora_dump::Manifest;
 use meliora_dump::directory::sha256;
 use meliora_dump::manifest::FILE;
 use meliora_engine::Scope;
-use meliora_lang::Given;
 use meliora_report::VerifyReport;
 
 use super::exit::Status;
@@ -110,28 +109,27 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Resul
         return Err(wrong(&args.directory, message.to_owned()));
     }
     job.update(|r| r.set_taken(manifest));
-    let given = Given {
-        constants: SourceFile::new("the constants of the dump", manifest.given_constants()),
-        bounds: SourceFile::new("--bounds", args.bounds.join(",")),
-    };
+    let given = load::given("the constants of the dump", manifest.given_constants(), args.bounds.join(","));
     let coalition = args.coalition.as_deref();
-    let question = || load::certified(&args.model, coalition, preferences, &given, &job.sink);
-    let question = job
-        .timed("parse", question, |_, _| ())
-        .map_err(|error| explained(error, args, preferences, manifest))?;
+    let task = || {
+        let model = load::model(&args.model, coalition, &given, false, &job.sink)?;
+        load::preferring(model, preferences, &job.sink)
+    };
+    let task =
+        job.timed("parse", task, |_, _| ()).map_err(|error| explained(error, args, preferences, manifest))?;
     if dump.certificate.is_none() {
         let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";
         return Err(wrong(&args.directory, message.to_owned()));
     }
     let scope = scope(manifest, &args.directory)?;
     let settings = args.limits.settings(scope, job);
-    let model = sha256(question.program.source.original().as_bytes());
-    let preferences = sha256(question.source.original().as_bytes());
+    let model = sha256(task.program.source.original().as_bytes());
+    let preferences = sha256(task.source.original().as_bytes());
     let hashes = certify::Hashes { model: &model, preferences: &preferences };
-    let verify = || certify::verify(&question.program, &question.preferences, hashes, &dump, settings);
+    let verify = || certify::verify(&task.program, &task.preferences, hashes, &dump, settings);
     let mut verdict = job.timed("verify", verify, |_, _| ())?;
     verdict.violation = verdict.violation.or(picture);
-    job.update(|r| r.set(&question.program, &verdict));
+    job.update(|r| r.set(&task.program, &verdict));
     // Uncertified regions must not look like success.
     match verdict.uncertified.len() {
         0 => Ok(()),

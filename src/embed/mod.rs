@@ -8,35 +8,70 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `projection`, `model`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `report`, `dumps`, `sweep`.
+//! `named_states`, `projection`, `model`, `task`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `dumps`,
+//! `work`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`, `region_dump`,
+//! `policies`, `sweep`.
 
 mod analysis;
 mod ask;
+#[cfg(feature = "output")]
+pub mod check;
+#[cfg(feature = "output")]
+mod compare;
+#[cfg(feature = "output")]
+pub mod dump_files;
 mod dumps;
 mod episodes;
+#[cfg(feature = "output")]
+pub mod explicit_files;
 mod exploration;
 mod levels;
 mod members;
 mod model;
+mod named_states;
+#[cfg(feature = "output")]
+mod page;
+#[cfg(feature = "output")]
+mod policies;
 mod projection;
 mod quantities;
 mod record;
+#[cfg(feature = "output")]
+pub mod region_dump;
 #[cfg(feature = "output")]
 mod report;
 mod results;
 mod states;
 #[cfg(feature = "output")]
+pub mod strategies;
+#[cfg(feature = "output")]
 pub mod sweep;
+mod task;
+#[cfg(feature = "output")]
+pub mod values;
+#[cfg(feature = "output")]
+mod work;
 
 pub use analysis::Analysis;
 pub use ask::{Ask, AskResult, Properties};
+#[cfg(feature = "output")]
+pub use compare::compare;
 pub use episodes::{Missed, Position, ShieldTable};
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;
 pub use model::Model;
+pub use named_states::{NamedStates, listed};
+#[cfg(feature = "output")]
+pub use page::PageRun;
+#[cfg(feature = "output")]
+pub use policies::{GivenPolicy, PolicyForm};
 pub use projection::Projection;
 pub use quantities::Wanted;
 pub use record::{Record, RecordedRun};
 #[cfg(feature = "output")]
 pub use report::Drawing;
+pub use results::strategy_of;
 pub use states::States;
+pub use task::Task;
+#[cfg(feature = "output")]
+pub use work::{Kept, Work};

@@ -17,6 +17,7 @@ use meliora_model::players::Player;
 use meliora_model::{ModelKind, Program, State};
 use meliora_planning::{Event, Options};
 use meliora_quantities::PRECISION;
+use meliora_question::race::{Early, Job, Raced};
 use meliora_question::{Asking, Stopping, check_start};
 
 /// A model, checked and flat, but not explored. It is read from a text in PRISM's language or in
@@ -83,11 +84,17 @@ impl Model {
     /// commas.
     pub fn with_coalition(&self, players: &[impl Borrow<str>]) -> Result<Self> {
         let names: Vec<&str> = players.iter().map(Borrow::borrow).collect();
-        let coalition = lang::parse_coalition(&self.program, &SourceFile::new("coalition", names.join(",")))?;
-        let mut program = Program::clone(&self.program);
-        program.play_as(&coalition);
-        let named = Some(coalition);
-        Ok(Model { program: Arc::new(program), named, ..self.clone() })
+        self.clone().played_by(&SourceFile::new("coalition", names.join(",")))
+    }
+
+    /// Does the same as [`Model::with_coalition`] for the text of the names, joined by commas.
+    ///
+    /// # Errors
+    /// See [`Model::with_coalition`].
+    pub fn played_by(mut self, names: &Arc<SourceFile>) -> Result<Self> {
+        let coalition = lang::parse_coalition(&self.program, names)?;
+        Arc::make_mut(&mut self.program).play_as(&coalition);
+        Ok(Model { named: Some(coalition), ..self })
     }
 
     /// Returns the players of a game, each with whether it is one of us; empty for other models.
@@ -98,6 +105,16 @@ impl Model {
     /// Returns the flat program.
     pub fn program(&self) -> &Arc<Program> {
         &self.program
+    }
+
+    /// Returns the flat program as a value of its own.
+    pub fn into_program(self) -> Program {
+        Arc::unwrap_or_clone(self.program)
+    }
+
+    /// Returns the flat program, and the properties that the model names.
+    pub fn into_parts(self) -> (Program, Vec<Property>) {
+        (Arc::unwrap_or_clone(self.program), self.properties)
     }
 
     /// Returns the warnings about the text.
@@ -156,26 +173,27 @@ impl Model {
         settings: Settings,
         listener: &(dyn Fn(Event<'_>) + Sync),
     ) -> Result<(Analysis, Option<Limit>)> {
-        let partial: Mutex<Option<Analysis>> = Mutex::default();
-        let by_states = |racer: &Racer, engine: AnyEngine| {
-            // One way has partial results at a time.
-            racer.leads.then(|| lock(&partial).take());
-            let mut analysis = self.explored(engine)?.prefer(preferences, options)?;
+        let partial = Partial { found: Arc::default(), sink: Arc::clone(&settings.sink), leads: false };
+        let by_states = |own: &Partial, engine: &Arc<AnyEngine>| {
+            let explored = Exploration::of(AnyEngine::clone(engine), self.named.clone());
+            let mut analysis = explored.prefer(preferences, options)?;
             let heard = &mut |event: Event<'_>| {
-                if racer.leads {
+                if own.leads {
                     listener(event);
                 }
             };
             match analysis.run(heard) {
                 Ok(()) => Ok(analysis),
                 Err(error) => {
-                    racer.leads.then(|| *lock(&partial) = Some(analysis));
+                    *lock(&own.found) = Some(analysis);
                     Err(error)
                 }
             }
         };
-        let found = Selection::open().answer(&self.program, settings, &Question::of(&by_states));
-        match (found, lock(&partial).take()) {
+        let (program, selected, early) = (&self.program, Selection::open(), Early::default());
+        let raced =
+            Raced { program, settings: &settings, selected, lists_states: false, early, answer: &by_states };
+        match (raced.run(&partial), lock(&partial.found).take()) {
             (Ok(analysis), _) => Ok((analysis, None)),
             (Err(Error::Limit(limit)), Some(analysis)) => Ok((analysis, Some(limit))),
             (Err(error), _) => Err(error),
@@ -242,5 +260,42 @@ impl Model {
             let value = if variable.ty == Type::Bool { Value::Bool(value != 0) } else { Value::Int(value) };
             (variable.name.as_str(), value)
         })
+    }
+}
+
+/// The partial results of a way of [`Model::check_by_any`].
+struct Partial {
+    found: Arc<Mutex<Option<Analysis>>>,
+    sink: Arc<dyn ProgressSink>,
+    /// True for the way whose events the listener hears.
+    leads: bool,
+}
+
+impl Job for Partial {
+    fn copy(&self) -> Self {
+        Partial { found: Arc::default(), sink: Arc::clone(&self.sink), leads: false }
+    }
+
+    fn of_way(&self, _: usize) -> Self {
+        self.copy()
+    }
+
+    fn sink(&self) -> Arc<dyn ProgressSink> {
+        Arc::clone(&self.sink)
+    }
+
+    fn begin(&self) {}
+
+    fn built(&self, _: &Selection) {}
+
+    fn leave_to(&self, way: Self) -> Self {
+        Partial { found: Arc::clone(&self.found), sink: way.sink, leads: true }
+    }
+
+    fn take(&self, other: &Self) {
+        if !Arc::ptr_eq(&self.found, &other.found) {
+            let found = lock(&other.found).take();
+            *lock(&self.found) = found;
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Reports, pages and pictures of an analysis.
 
-use super::Analysis;
+use super::{Analysis, PageRun};
 use meliora_base::error::{Error, Result};
 use meliora_engine::Engine;
 use meliora_export::projections::{self, Plane};
@@ -35,7 +35,7 @@ impl Analysis {
         CheckReport::of_analysis(self, self.program(), self.engine().storage(), source)
     }
 
-    /// Draws a page or a picture; `source` is the name of the preference file. Maps span the integer variables that `grid` names, rows first:
+    /// Draws a page, with a run of a plan, or a picture; `source` is the name of the preference file. Maps span the integer variables that `grid` names, rows first:
     /// `r,c`. Without `grid`, the names of the variables suggest a plane; if no plane is found, the
     /// drawing has no map.
     ///
@@ -50,19 +50,23 @@ impl Analysis {
         };
         let has_maps = !matches!(drawing, Drawing::Dot | Drawing::Svg(Picture::Hasse));
         let at: Option<State> = self.engine().list_states(&self.engine().initial_states(), 1)?.pop();
-        let projections = match (plane, at) {
-            (Some(plane), Some(at)) if has_maps => Some(projections::build(self, plane, &at, MOST_NODES)?),
+        let projections = match (plane, &at) {
+            (Some(plane), Some(at)) if has_maps => Some(projections::build(self, plane, at, MOST_NODES)?),
             _ => None,
         };
         let preferences = self.preferences();
         let complete = Phase::ALL.iter().all(|&phase| self.is_done(phase));
         let wanted = complete && drawing == Drawing::Html;
         let outlook = if wanted { Some(Outlook::of(self, program)?) } else { None };
+        let run = match at.filter(|_| wanted) {
+            Some(at) => PageRun::default().shown(self, program, &at, outlook.as_ref())?,
+            None => None,
+        };
         let content = Content {
             check: &check,
             preferences,
             projections: projections.as_ref(),
-            run: None,
+            run: run.as_ref(),
             outlook: outlook.as_ref(),
         };
         match drawing {

@@ -8,6 +8,7 @@ use meliora_engine::{AnyEngine, Engine};
 use meliora_model::Program;
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::region::RegionName;
+use meliora_planning as planning;
 use meliora_planning::joint::{Joint, MOST, is_too_large};
 use meliora_planning::regions::regions;
 use meliora_planning::{Class, FiniteMemoryStrategy, Kind, StrategyKind};
@@ -101,9 +102,21 @@ impl Analysis {
         objectives: Option<&str>,
     ) -> Result<FiniteMemoryStrategy> {
         let objectives = kind.objectives(self.preferences(), objectives)?;
-        let missing = || Error::Usage("strategies need the levels; run the analysis first".to_owned());
-        let levels = choose.levels(kind);
-        FiniteMemoryStrategy::of_kind(self, self.program(), kind, levels, objectives.iter())?
-            .ok_or_else(missing)
+        strategy_of(self, self.program(), kind, choose.levels(kind), &objectives)
     }
+}
+
+/// Returns the strategy of an analysis whose levels are known; see [`Analysis::strategy_of`].
+///
+/// # Errors
+/// The errors of [`Analysis::strategy_of`].
+pub fn strategy_of<E: Engine>(
+    analysis: &planning::Analysis<E>,
+    program: &Arc<Program>,
+    kind: StrategyKind,
+    levels: Kind,
+    objectives: &ObjectiveSet,
+) -> Result<FiniteMemoryStrategy<E>> {
+    let missing = || Error::Usage(format!("the levels of {levels} are not known; run the analysis first"));
+    FiniteMemoryStrategy::of_kind(analysis, program, kind, levels, objectives.iter())?.ok_or_else(missing)
 }

@@ -7,7 +7,8 @@ use crate::start::check_start;
 use meliora_base::error::Result;
 use meliora_base::sync::lock;
 use meliora_engine::{
-    AnyEngine, BySearch, Guided, OverAll, ProgressSink, Question, Racer, Selection, Settings, SymbolicEngine,
+    AnyEngine, BySearch, Guided, OverAll, ProgressSink, Question, Racer, Selection, Settings, Storage,
+    SymbolicEngine,
 };
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
@@ -122,6 +123,25 @@ impl<J: Job, T: Send> Raced<'_, J, T> {
         }
         Ok(found)
     }
+}
+
+/// Builds the engine of some settings, with diagrams in the first of several orders that fits.
+///
+/// # Errors
+/// The variable order is wrong, the model has no meaning in some state or no initial state; a limit is reached.
+pub fn built(program: &Arc<Program>, settings: Settings) -> Result<Arc<AnyEngine>> {
+    match settings.storage {
+        Storage::Symbolic => Ok(Arc::new(AnyEngine::Symbolic(symbolic(program, settings)?))),
+        Storage::Explicit => started(AnyEngine::new(Arc::clone(program), settings)?, program),
+    }
+}
+
+/// Builds the symbolic engine; see [`built`].
+///
+/// # Errors
+/// The errors of [`built`].
+pub fn symbolic(program: &Arc<Program>, settings: Settings) -> Result<Arc<SymbolicEngine>> {
+    started(SymbolicEngine::in_some_order(Arc::clone(program), settings)?, program)
 }
 
 /// Returns the engine of a model that has an initial state.

@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use crate::asking::{Asking, Form, only_query};
 use crate::goal::Goal;
-use meliora_base::error::{Result, SourceFile};
+use crate::list;
+use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_lang::ltl::{self, Formula, Stopped};
+use meliora_lang::named::Property;
 use meliora_lang::property::{Named, Query};
 use meliora_lang::{parse_expression, parse_property};
 use meliora_model::Program;
@@ -41,6 +43,22 @@ impl Stopping {
             }
             Form::Formula => Stopping::of(program, source, &ltl::parse_formula(source)?, None),
         }
+    }
+
+    /// Reads a property, or the name of one of those that the model names; errors call a text `name`.
+    ///
+    /// # Errors
+    /// The text is wrong, the property is not about a single formula, or no state decides this.
+    pub fn property((program, named): (&Program, &[Property]), (name, text): (&str, &str)) -> Result<Self> {
+        let (source, term) = list::stated(program, named, (name, text))?;
+        if let Some(query) = term.query(program) {
+            return Stopping::query(program, &source, &query);
+        }
+        let message = "paths stop where the probability or the reward of one formula is decided, and this property \
+                       asks for more";
+        let range = if named.iter().any(|own| own.name == text) { 0..0 } else { term.span.range() };
+        let wrong = Diagnostic::new(&source, range, message).severity(Severity::Unsupported);
+        Err(wrong.help("leave out `--stop-at-target`").into())
     }
 
     /// Returns the question of a query.

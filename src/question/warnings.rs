@@ -2,9 +2,13 @@
 
 use crate::number::Number;
 use meliora_base::error::{Diagnostic, Result};
-use meliora_engine::{Count, Engine};
+use meliora_engine::explicit::bounds::is_never_true;
+use meliora_engine::{Count, Engine, Scope};
 use meliora_model::predicate::Predicate;
+use meliora_model::preference::Goal;
 use meliora_model::{ModelKind, Program, fault};
+use meliora_planning::Analysis;
+use meliora_planning::result::ObjectiveCounts;
 
 /// A warning.
 #[derive(Debug, Clone)]
@@ -51,6 +55,34 @@ pub fn of_states<E: Engine>(
         warnings.push(Warning::Text(format!("{drawn} {count} {what} of this dtmc; one is drawn uniformly")));
     }
     Ok(warnings)
+}
+
+/// Returns why no state satisfies the target of an objective, for each such one. Cost: one test per objective.
+///
+/// # Errors
+/// A limit is reached.
+pub fn of_targets<E: Engine>(analysis: &Analysis<E>, program: &Program) -> Result<Vec<Warning>> {
+    let empty = analysis.result().objectives.iter().filter(|found| found.target == Count::ZERO);
+    let why = |found: &ObjectiveCounts| {
+        let goal = &analysis.preferences().objectives[found.objective].goal;
+        why_empty(analysis.whole_engine(), program, &found.name, goal).map(Warning::Text)
+    };
+    empty.map(why).collect()
+}
+
+fn why_empty<E: Engine>(whole: &E, program: &Program, name: &str, goal: &Goal) -> Result<String> {
+    let Goal::Reach(target) = goal else {
+        return Ok(format!("no strategy can guarantee the objective `{name}`"));
+    };
+    Ok(if is_never_true(program, target) {
+        format!("the target of objective `{name}` is false for all values that its variables can have")
+    } else if !whole.is_empty(&whole.states_where(target)?)? {
+        format!("the requirements exclude all states that satisfy the target of objective `{name}`")
+    } else if whole.settings().scope == Scope::Reachable {
+        format!("no path reaches a state that satisfies the target of objective `{name}`")
+    } else {
+        format!("no state satisfies the target of objective `{name}`")
+    })
 }
 
 /// Returns the states of a `dtmc` in which several choices are merged into one; `None` for other models.

@@ -1,16 +1,20 @@
 //! The cycle of steps with which any number of improvements is made.
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::reason::Words;
 use super::text::{self, Probability};
 use super::{Style, ranks};
+use meliora_base::error::Result;
+use meliora_engine::Engine;
 use meliora_model::preference::Preferences;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
 use meliora_planning::lasso::{Lasso, LassoStep};
-use meliora_planning::{Kind, StrategyKind};
+use meliora_planning::{Analysis, Kind, StrategyKind};
 
 /// The maximum number of steps of a cycle that reports contain.
 pub const MOST: usize = 1000;
@@ -71,6 +75,36 @@ impl Cycle {
         };
         let steps = lasso.steps.into_iter().map(step).collect();
         Cycle { steps, repeats_from: lasso.repeats_from, kind }
+    }
+
+    /// Returns the cycle behind an unbounded rank of a state, by SASI if there is one; `None` for other ranks, and if it is
+    /// too long to be shown. Cost: see [`Analysis::lasso`].
+    ///
+    /// # Errors
+    /// The errors of [`Analysis::lasso`].
+    pub fn find<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Arc<Program>,
+        state: &[i64],
+    ) -> Result<Option<Self>> {
+        match Cycle::of_kind(analysis, program, Kind::Sasi, state)? {
+            None => Cycle::of_kind(analysis, program, Kind::Spi, state),
+            found => Ok(found),
+        }
+    }
+
+    /// Does the same as [`Cycle::find`] for one kind.
+    ///
+    /// # Errors
+    /// The errors of [`Analysis::lasso`].
+    pub fn of_kind<E: Engine>(
+        analysis: &Analysis<E>,
+        program: &Arc<Program>,
+        kind: Kind,
+        state: &[i64],
+    ) -> Result<Option<Self>> {
+        let found = analysis.lasso(program, kind, state, MOST)?;
+        Ok(found.map(|lasso| Cycle::new(program, analysis.preferences(), kind, lasso)))
     }
 
     /// Says why the rank is unbounded.

@@ -111,7 +111,7 @@ impl SweepArgs {
         shown: &ShownArgs,
     ) -> Result<Option<Status>, Error> {
         let kind = |ends: [&str; 2]| {
-            load::check_each(model, ends, |loaded| load::with_preferences(loaded, preferences).map(drop))?;
+            load::check_each(model, ends, |model| model.task(&load::read(preferences)?).map(drop))?;
             Ok(Columns::new(command, report, &[]))
         };
         self.run(model, &[preferences], kind, shown)

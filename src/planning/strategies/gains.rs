@@ -8,6 +8,7 @@ use ahash::AHashSet;
 use super::finite_memory::FiniteMemoryStrategy;
 use crate::analysis::Analysis;
 use crate::analysis::levels::{Kind, Rank};
+use crate::result::Prospects;
 use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_model::preference::ObjectiveSet;
@@ -79,6 +80,20 @@ impl<E: Engine> Analysis<E> {
             }
             _ => Ok(Vec::new()),
         }
+    }
+
+    /// Adds to the prospects of a state the gains of the improvements that both kinds make. Cost: that of
+    /// [`Analysis::gains`] for each kind.
+    ///
+    /// # Errors
+    /// The errors of [`Analysis::gains`].
+    pub fn add_gains(&self, program: &Arc<Program>, own: &mut Prospects, most: usize) -> Result<()> {
+        for (kind, plan) in [(Kind::Sasi, &mut own.sasi), (Kind::Spi, &mut own.spi)] {
+            if let Some(plan) = plan {
+                plan.gains = self.gains(program, kind, &own.state, most)?;
+            }
+        }
+        Ok(())
     }
 
     /// Returns the names of gains, without the objectives that are sure in the state where paths start.

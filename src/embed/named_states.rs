@@ -1,65 +1,62 @@
-//! `--at`: the states that the user names, and lists of states up to a limit.
+//! States that a text names, and lists of states up to a limit.
 
 use std::sync::Arc;
 
 use ahash::AHashSet;
-use meliora_base::error::{Diagnostic, Error, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_engine::{Count, Engine, Scope};
 use meliora_lang::{Place, parse_states};
 use meliora_model::{Program, State, VarId};
-use meliora_report::Number;
-
-use super::progress::TerminalSink;
+use meliora_question::number::Number;
 
 /// Maximum number of reachable states among which one that is like an unreachable one is looked for.
 const COMPARED: usize = 1000;
 
-/// The states that `--at` names.
-pub(super) struct At(Vec<Named>);
+/// The states that texts name, such as `r=2,c=2`, or `r=2,c=*` where a variable has any value.
+pub struct NamedStates(Vec<Named>);
 
-/// The text of one `--at`, with its meaning.
+/// A text with its meaning.
 struct Named {
     source: Arc<SourceFile>,
     /// The value or values of each variable.
     places: Vec<Place>,
 }
 
-impl At {
-    /// Reads the texts.
+impl NamedStates {
+    /// Reads the texts, which errors call `name`. Variables that a text leaves out have their initial values.
     ///
     /// # Errors
     /// A state is wrong. All errors of all states are reported together.
-    pub(super) fn read(program: &Program, texts: &[String]) -> Result<Self, Error> {
+    pub fn read(program: &Program, name: &str, texts: &[String]) -> Result<Self> {
         let (mut named, mut wrong) = (Vec::new(), Vec::new());
         for text in texts {
-            let source = SourceFile::new("--at", text.as_str());
+            let source = SourceFile::new(name, text.as_str());
             match parse_states(&source, program) {
                 Ok(places) => named.push(Named { source, places }),
                 Err(Error::Input(diagnostics)) => wrong.extend(diagnostics),
                 Err(error) => return Err(error),
             }
         }
-        if wrong.is_empty() { Ok(At(named)) } else { Err(Error::Input(wrong)) }
+        if wrong.is_empty() { Ok(NamedStates(named)) } else { Err(Error::Input(wrong)) }
     }
 
-    /// Returns true if `--at` is not given.
-    pub(super) fn is_empty(&self) -> bool {
+    /// Returns true without any text.
+    pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// Returns the states. A text with `*` adds as many as the limit allows, without those listed
-    /// before.
+    /// before; if there are more, `tell` gets a sentence that says so.
     ///
     /// # Errors
     /// A state is not in the scope, or a limit is hit.
-    pub(super) fn states<E: Engine>(
+    pub fn states<E: Engine>(
         &self,
         engine: &E,
         program: &Program,
-        scope: Scope,
         limit: usize,
-        sink: &TerminalSink,
-    ) -> Result<Vec<State>, Error> {
+        tell: &dyn Fn(&str),
+    ) -> Result<Vec<State>> {
         let all = engine.all_states();
         let (mut states, mut wrong): (Vec<State>, _) = (Vec::new(), Vec::new());
         for named in &self.0 {
@@ -68,11 +65,11 @@ impl At {
                 Some(_) => Vec::new(),
                 None => {
                     let meant = engine.slice(&named.fixed(Place::value))?;
-                    listed(engine, &meant, limit, &|text| sink.warn(text))?.0
+                    listed(engine, &meant, limit, tell)?.0
                 }
             };
             if found.is_empty() {
-                wrong.push(named.unreachable(engine, program, scope)?);
+                wrong.push(named.unreachable(engine, program)?);
             }
             let known: AHashSet<State> = match named.state() {
                 Some(_) => AHashSet::new(),
@@ -97,12 +94,7 @@ impl Named {
     }
 
     /// Describes a state that is not in the scope, and a state of the scope with the given values.
-    fn unreachable<E: Engine>(
-        &self,
-        engine: &E,
-        program: &Program,
-        scope: Scope,
-    ) -> Result<Diagnostic, Error> {
+    fn unreachable<E: Engine>(&self, engine: &E, program: &Program) -> Result<Diagnostic> {
         let message = match self.state() {
             Some(state) => format!("no path reaches the state {}", program.show_state(&state)),
             None => "no path reaches a state with these values".to_owned(),
@@ -111,7 +103,7 @@ impl Named {
         // Monitors without a value begin in the state, which then is not reachable itself.
         let is_given = |at: &VarId| self.places[at.index()].given().is_some();
         let monitors = program.monitors.as_ref().map(|monitors| &monitors.variables);
-        let help = match (monitors.filter(|all| all.iter().any(is_given)), scope) {
+        let help = match (monitors.filter(|all| all.iter().any(is_given)), engine.settings().scope) {
             (Some(monitors), _) => Some(at_the_start(program, monitors)),
             (None, Scope::Reachable) => Some("`--scope all` accepts every valuation as a state".to_owned()),
             (None, Scope::All) => None,
@@ -121,7 +113,7 @@ impl Named {
     }
 
     /// Names a state of the scope with the values of the text that differs in the fewest others.
-    fn reachable<E: Engine>(&self, engine: &E, program: &Program) -> Result<Option<String>, Error> {
+    fn reachable<E: Engine>(&self, engine: &E, program: &Program) -> Result<Option<String>> {
         let like = engine.slice(&self.fixed(Place::given))?;
         let differs = |state: &State| -> Vec<usize> {
             let other = |at: &usize| matches!(self.places[*at], Place::Default(value) if value != state[*at]);
@@ -156,12 +148,12 @@ fn at_the_start(program: &Program, monitors: &[VarId]) -> String {
 
 /// Lists the states of a set up to a limit, and counts the set; if there are more, `tell` gets a text
 /// that says so.
-pub(super) fn listed<E: Engine>(
+pub fn listed<E: Engine>(
     engine: &E,
     set: &E::States,
     limit: usize,
     tell: &dyn Fn(&str),
-) -> Result<(Vec<State>, Count), Error> {
+) -> Result<(Vec<State>, Count)> {
     let (states, count) = (engine.list_states(set, limit)?, engine.count(set)?);
     if count > Count::from(states.len()) {
         let (listed, all) = (states.len(), Number(count.clone()).grouped());

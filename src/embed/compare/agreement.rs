@@ -4,20 +4,19 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use meliora_base::error::Error;
-use meliora_engine::{Engine, ProgressSink, Storage};
+use meliora_base::error::Result;
+use meliora_base::progress::ProgressSink;
+use meliora_engine::{Engine, Storage};
 use meliora_model::preference::{Goal, ObjectiveSet};
 use meliora_model::{Program, State};
 use meliora_planning::explain::{Action, Explanation};
 use meliora_planning::regions::regions;
 use meliora_planning::{Analysis, Class, FiniteMemoryStrategy, Kind, StrategyKind};
 
+use crate::embed::results::strategy_of;
 use meliora_report::CheckReport;
 use meliora_report::check::CheckFindings;
 use serde_json::Value as Json;
-
-use super::plan;
-use super::progress::TerminalSink;
 
 /// Maximum number of initial states at which strategies are compared.
 const INITIAL: usize = 16;
@@ -50,8 +49,8 @@ pub(super) fn compare<E: Engine, F: Engine>(
     right: &Analysis<F>,
     program: &Arc<Program>,
     most: u32,
-    sink: &TerminalSink,
-) -> Result<Agreement, Error> {
+    sink: &dyn ProgressSink,
+) -> Result<Agreement> {
     let mut tally = Tally::default();
     // The rest of the reports names the engine, its time and its memory.
     let mine = CheckReport::of_analysis(left, program, Storage::Symbolic, "")?.findings;
@@ -131,7 +130,7 @@ fn actions<E: Engine, F: Engine>(
     left: &Analysis<E>,
     right: &Analysis<F>,
     program: &Arc<Program>,
-) -> Result<u64, Error> {
+) -> Result<u64> {
     let states = selected(left)?;
     let achieve = aims(left).into_iter().map(|aim| (StrategyKind::Achieve, aim));
     let others =
@@ -141,8 +140,8 @@ fn actions<E: Engine, F: Engine>(
     };
     for (kind, aim) in others.into_iter().chain(achieve).filter(supported) {
         let levels = kind.levels();
-        let mut mine = plan::finite_memory(left, program, kind, levels, &aim)?;
-        let mut theirs = plan::finite_memory(right, program, kind, levels, &aim)?;
+        let mut mine = strategy_of(left, program, kind, levels, &aim)?;
+        let mut theirs = strategy_of(right, program, kind, levels, &aim)?;
         for state in &states {
             let (mine, theirs) = (explained(&mut mine, state)?, explained(&mut theirs, state)?);
             if mine != theirs {
@@ -170,7 +169,7 @@ fn aims<E: Engine>(analysis: &Analysis<E>) -> BTreeSet<ObjectiveSet> {
 }
 
 /// Returns the first initial states, and the first states of each rank and of each class.
-fn selected<E: Engine>(analysis: &Analysis<E>) -> Result<BTreeSet<State>, Error> {
+fn selected<E: Engine>(analysis: &Analysis<E>) -> Result<BTreeSet<State>> {
     let engine = analysis.engine();
     let mut states: BTreeSet<State> =
         engine.list_states(&engine.initial_states(), INITIAL)?.into_iter().collect();
@@ -193,7 +192,7 @@ fn selected<E: Engine>(analysis: &Analysis<E>) -> Result<BTreeSet<State>, Error>
     Ok(states)
 }
 
-fn explained<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, state: &[i64]) -> Result<Explanation, Error> {
+fn explained<E: Engine>(strategy: &mut FiniteMemoryStrategy<E>, state: &[i64]) -> Result<Explanation> {
     let memory = strategy.start(state)?;
     strategy.explain(state, memory)
 }
@@ -224,8 +223,8 @@ fn state_by_state<E: Engine, F: Engine>(
     left: &Analysis<E>,
     right: &Analysis<F>,
     program: &Program,
-    sink: &TerminalSink,
-) -> Result<u64, Error> {
+    sink: &dyn ProgressSink,
+) -> Result<u64> {
     let (mine, theirs) = (regions(left), regions(right));
     let all = left.whole_engine().all_states();
     let states = left.whole_engine().list_states(&all, usize::MAX)?;
@@ -252,14 +251,13 @@ mod tests {
     use std::sync::Arc;
 
     use meliora_base::error::SourceFile;
+    use meliora_base::progress::NoProgress;
     use meliora_engine::ExplicitEngine;
     use meliora_engine::Settings;
     use meliora_lang as lang;
     use meliora_planning::Options;
     use serde_json::json;
 
-    use super::super::options::ShownArgs;
-    use super::super::terminal::Color;
     use super::*;
 
     /// Returns the difference that is found between two different inputs.
@@ -277,16 +275,7 @@ mod tests {
         let mut b = Analysis::new(&right.1, &right.2, Options::default());
         a.run(&mut |_| ()).unwrap();
         b.run(&mut |_| ()).unwrap();
-        let shown = ShownArgs {
-            json: false,
-            verbose: 0,
-            quiet: true,
-            color: Color::Never,
-            csv: false,
-            instance: false,
-        };
-        let sink = TerminalSink::new(&Arc::default(), &shown);
-        compare(&a, &b, &left.0, 100, &sink).unwrap().difference.unwrap_or_default()
+        compare(&a, &b, &left.0, 100, &NoProgress).unwrap().difference.unwrap_or_default()
     }
 
     const RING: &str = "mdp module m x : [0..3] init 0; [] true -> (x'=mod(x+1,4)); endmodule";

@@ -1,9 +1,9 @@
-//! Files of strategies for several objectives: `verify` and `simulate --policy` of what `reach --policy` writes for a
-//! property `multi(…)`.
+//! Strategies for several objectives: what `reach --policy` writes for a property `multi(…)`.
 
 use std::sync::Arc;
 
-use meliora_base::error::{Error, SourceFile};
+use crate::embed::Work;
+use meliora_base::error::{Error, Result, SourceFile};
 use meliora_base::exact::{Ratio, Real};
 use meliora_base::random::Draw;
 use meliora_engine::{ExplicitEngine, Settings};
@@ -20,23 +20,20 @@ use meliora_report::PolicyReport;
 use meliora_report::mix::{self, ReadStrategy};
 use meliora_report::policy_report::{MeasuredObjective, ObjectiveValue, PolicyRuns, StrategyValues};
 
-use super::options::Limits;
-use super::supervise::Job;
-
-/// Strategies of a file, with their model.
-pub(super) struct MixFile {
+/// Strategies with their model.
+pub(super) struct Mix {
     program: Arc<Program>,
     source: Arc<SourceFile>,
     strategies: Vec<ReadStrategy>,
-    memory: u64,
+    settings: Settings,
 }
 
-impl MixFile {
+impl Mix {
     /// Reads strategies.
     ///
     /// # Errors
     /// The text is wrong, or about another model; the model is a game.
-    pub(super) fn new(source: &Arc<SourceFile>, program: Program, limits: Limits) -> Result<Self, Error> {
+    pub(super) fn new(source: &Arc<SourceFile>, program: Program, settings: Settings) -> Result<Self> {
         if program.players.is_some() {
             let message =
                 "this checks strategies of `multi` for models with one player, and this model is a game";
@@ -44,18 +41,16 @@ impl MixFile {
         }
         let (property, strategies) = mix::read(source, &program)?;
         let source = SourceFile::new(format!("the property of {}", source.name), property);
-        Ok(MixFile { program: Arc::new(program), source, strategies, memory: limits.memory })
+        Ok(Mix { program: Arc::new(program), source, strategies, settings })
     }
 
     /// Checks the strategies, or runs them.
     ///
     /// # Errors
     /// The property is wrong, or none with several objectives; a limit.
-    pub(super) fn work(&self, job: &Job<PolicyReport>, runs: Option<&PolicyRuns>) -> Result<(), Error> {
+    pub(super) fn work(&self, work: &dyn Work<PolicyReport>, runs: Option<&PolicyRuns>) -> Result<()> {
         let build = |program: &Arc<Program>| {
-            let settings =
-                Settings { memory: self.memory, sink: Arc::clone(&job.sink) as _, ..Default::default() };
-            ExplicitEngine::new(Arc::clone(program), settings).map(Arc::new)
+            ExplicitEngine::new(Arc::clone(program), self.settings.clone()).map(Arc::new)
         };
         let term = parse_property(&self.source)?.term(&self.program, &self.source, &Named::default())?;
         if !matches!(term.kind, TermKind::Multi(_)) {
@@ -76,14 +71,14 @@ impl MixFile {
                 Ok(found) => nodes.push(found),
                 Err(fault) => {
                     let (kind, state) = (fault.kind.to_string(), &fault.state);
-                    job.update(|r| r.refuse(&self.program, &kind, Some(state)));
+                    work.update(|r| r.refuse(&self.program, &kind, Some(state)));
                     return Ok(());
                 }
             }
         }
         match runs {
-            Some(runs) => self.simulate(job, &objectives, &nodes, runs),
-            None => self.check(job, &objectives, &nodes),
+            Some(runs) => self.simulate(work, &objectives, &nodes, runs),
+            None => self.check(work, &objectives, &nodes),
         }
     }
 
@@ -102,17 +97,17 @@ impl MixFile {
     /// Follows all strategies; `None` if one has a fault, which the report has then.
     fn followed<'m>(
         &self,
-        job: &Job<PolicyReport>,
+        work: &dyn Work<PolicyReport>,
         objectives: &'m Objectives<'m>,
         nodes: &'m [Vec<Node>],
-    ) -> Result<Option<Vec<Following<'m>>>, Error> {
+    ) -> Result<Option<Vec<Following<'m>>>> {
         let mut all = Vec::new();
         for nodes in nodes {
             match objectives.follow(nodes)? {
                 Ok(found) => all.push(found),
                 Err(fault) => {
                     let kind = fault.kind.to_string();
-                    job.update(|r| r.refuse(&self.program, &kind, Some(&fault.state)));
+                    work.update(|r| r.refuse(&self.program, &kind, Some(&fault.state)));
                     return Ok(None);
                 }
             }
@@ -123,13 +118,13 @@ impl MixFile {
     /// Checks that each strategy has the values that it claims, and that their mean satisfies the bounds.
     fn check(
         &self,
-        job: &Job<PolicyReport>,
+        work: &dyn Work<PolicyReport>,
         objectives: &Objectives<'_>,
         nodes: &[Vec<Node>],
-    ) -> Result<(), Error> {
-        let Some(all) = self.followed(job, objectives, nodes)? else { return Ok(()) };
+    ) -> Result<()> {
+        let Some(all) = self.followed(work, objectives, nodes)? else { return Ok(()) };
         for (at, following) in all.iter().enumerate() {
-            job.sink.check()?;
+            work.check()?;
             let mut shown = self.claims(at, objectives);
             let mut wrong = None;
             for (index, own) in shown.objectives.iter_mut().enumerate() {
@@ -146,16 +141,16 @@ impl MixFile {
                     });
                 }
             }
-            job.update(|r| {
+            work.update(|r| {
                 r.strategies.push(shown);
                 wrong.iter().for_each(|wrong| r.refuse(&self.program, wrong, None));
             });
         }
         let missed = self.missed(objectives, &all)?;
         if objectives.are_open() {
-            job.sink.warn("the values of these strategies are checked, not that no others are better: a front may be incomplete");
+            work.say("the values of these strategies are checked, not that no others are better: a front may be incomplete");
         }
-        job.update(|r| {
+        work.update(|r| {
             missed.iter().for_each(|condition| r.refuse(&self.program, condition, None));
             r.accepted = Some(Some(r.violation.is_none()));
         });
@@ -163,7 +158,7 @@ impl MixFile {
     }
 
     /// Returns the bound that the strategies together do not satisfy, if there is one.
-    fn missed(&self, objectives: &Objectives<'_>, all: &[Following<'_>]) -> Result<Option<String>, Error> {
+    fn missed(&self, objectives: &Objectives<'_>, all: &[Following<'_>]) -> Result<Option<String>> {
         let shares = self.strategies.iter().map(|own| own.share.clone()).collect::<Option<Vec<_>>>();
         let Some(shares) = shares else {
             let message = "the strategies have no shares, so no mean satisfies the bounds of the property";
@@ -181,25 +176,25 @@ impl MixFile {
     /// Runs strategies, each drawn with its share, and measures the objectives.
     fn simulate(
         &self,
-        job: &Job<PolicyReport>,
+        work: &dyn Work<PolicyReport>,
         objectives: &Objectives<'_>,
         nodes: &[Vec<Node>],
         runs: &PolicyRuns,
-    ) -> Result<(), Error> {
+    ) -> Result<()> {
         let shares: Option<Vec<f64>> =
             self.strategies.iter().map(|own| own.share.as_ref().map(double)).collect();
         let Some(shares) = shares else {
             let message = "the strategies of a front have no shares, so none is drawn: ask for bounds, as in `multi(Pmax=? [ F a ], P>=0.5 [ F b ])`";
             return Err(Error::Usage(message.to_owned()));
         };
-        let Some(following) = self.followed(job, objectives, nodes)? else { return Ok(()) };
-        let prepared = following.iter().map(|own| own.runs()).collect::<Result<Vec<_>, Error>>()?;
-        job.update(|r| r.strategies = (0..nodes.len()).map(|at| self.claims(at, objectives)).collect());
+        let Some(following) = self.followed(work, objectives, nodes)? else { return Ok(()) };
+        let prepared = following.iter().map(|own| own.runs()).collect::<Result<Vec<_>>>()?;
+        work.update(|r| r.strategies = (0..nodes.len()).map(|at| self.claims(at, objectives)).collect());
         let count = objectives.texts().len();
         let (mut samples, mut decided) = (vec![Sample::new(1); count], 0);
         let mut endless = vec![false; count];
         for number in 0..runs.runs {
-            job.sink.check()?;
+            work.check()?;
             let mut draw = Draw::numbered(runs.seed, number);
             let strategy = draw.by_probability(shares.iter().copied());
             let found = prepared[strategy].run(runs.limit, &mut draw);
@@ -220,7 +215,7 @@ impl MixFile {
             let of_probability = objectives.is_probability(at);
             measured(objective, claimed, &samples[at], of_probability, endless[at])
         };
-        job.update(|r| {
+        work.update(|r| {
             if let Some(runs) = &mut r.runs {
                 runs.reached = decided;
                 runs.given_up = runs.runs - decided;
