@@ -27,8 +27,33 @@ pub(super) fn python_types(schemas: &BTreeMap<&'static str, Json>) -> String {
         module.named(&report_name(name), report);
     }
     let aliases: String = module.aliases.concat();
-    let classes = module.classes.iter().map(|(name, text)| format!("\n\nclass {name}{text}"));
+    let bases = module.bases();
+    let classes = bases.iter().chain(&module.classes).map(Class::text);
     format!("{HEAD}\n{aliases}{}", classes.collect::<String>())
+}
+
+/// Classes of fields that reports share, each after the one that it inherits from: the name, the description and the
+/// fields.
+const BASES: [(&str, &str, &[&str]); 2] = [
+    ("Report", "The fields of most reports.", &["complete", "memory", "error"]),
+    ("ModelReport", "The fields of most reports about a model.", &["model", "scope"]),
+];
+
+/// A class of a dictionary.
+#[derive(Clone, PartialEq)]
+struct Class {
+    name: String,
+    base: &'static str,
+    doc: String,
+    /// The fields by name, with their texts.
+    fields: Vec<(String, String)>,
+}
+
+impl Class {
+    fn text(&self) -> String {
+        let fields: String = self.fields.iter().map(|(_, text)| text.as_str()).collect();
+        format!("\n\nclass {}({}):\n{}\n{fields}", self.name, self.base, self.doc)
+    }
 }
 
 fn report_name(name: &str) -> String {
@@ -38,8 +63,7 @@ fn report_name(name: &str) -> String {
 #[derive(Default)]
 struct Module {
     aliases: Vec<String>,
-    /// The classes by name, with their texts.
-    classes: Vec<(String, String)>,
+    classes: Vec<Class>,
 }
 
 impl Module {
@@ -55,7 +79,7 @@ impl Module {
 
     /// Adds a class, unless one with the same text and fields has been added; returns the name of the class.
     fn class(&mut self, name: &str, schema: &Json) -> String {
-        let mut class = format!("(TypedDict):\n{}\n", doc(text(schema)));
+        let (doc_, mut fields) = (doc(text(schema)), Vec::new());
         for (field, inner) in schema["properties"].as_object().into_iter().flatten() {
             let own = format!("{}{}", name.trim_end_matches("Report"), camel(field));
             let mut kind = self.kind(inner, &own);
@@ -65,13 +89,40 @@ impl Module {
             if !is_required(schema, field) {
                 kind = format!("NotRequired[{kind}]");
             }
-            class += &format!("    {field}: {kind}\n{}", doc(text(inner)));
+            fields.push((field.clone(), format!("    {field}: {kind}\n{}", doc(text(inner)))));
         }
-        if let Some((known, _)) = self.classes.iter().find(|(_, text)| *text == class) {
-            return known.clone();
+        let class = Class { name: name.to_owned(), base: "TypedDict", doc: doc_, fields };
+        if let Some(known) =
+            self.classes.iter().find(|known| (&known.doc, &known.fields) == (&class.doc, &class.fields))
+        {
+            return known.name.clone();
         }
-        self.classes.push((name.to_owned(), class));
+        self.classes.push(class);
         name.to_owned()
+    }
+
+    /// Returns the classes of [`BASES`], from which reports with these fields inherit them.
+    fn bases(&mut self) -> Vec<Class> {
+        let mut bases = Vec::new();
+        let mut base = "TypedDict";
+        for (name, description, names) in BASES {
+            let has =
+                |class: &Class, shared: &[(String, String)]| shared.iter().all(|f| class.fields.contains(f));
+            let of = |class: &Class| -> Vec<(String, String)> {
+                class.fields.iter().filter(|(field, _)| names.contains(&field.as_str())).cloned().collect()
+            };
+            let own = |class: &&Class| class.base == base && of(class).len() == names.len();
+            let Some(shared) = self.classes.iter().find(own).map(of) else { break };
+            let inherits = |class: &&mut Class| class.base == base && has(class, &shared);
+            for class in self.classes.iter_mut().filter(inherits) {
+                class.base = name;
+                class.fields.retain(|field| !shared.contains(field));
+            }
+            let doc = doc(description);
+            bases.push(Class { name: name.to_owned(), base, doc, fields: shared });
+            base = name;
+        }
+        bases
     }
 
     /// Returns the type of a schema, without `null`. An object without a name of its own gets `name`.

@@ -20,6 +20,27 @@ Rank = Union[int, Literal["unbounded"]]
 State = Dict[str, Union[int, bool, str]]
 
 
+class Report(TypedDict):
+    """The fields of most reports."""
+
+    complete: NotRequired[bool]
+    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
+    complete reports."""
+    memory: Memory
+    """The memory used."""
+    error: NotRequired[ErrorReport]
+    """Why the run is not complete; absent in complete reports."""
+
+
+class ModelReport(Report):
+    """The fields of most reports about a model."""
+
+    model: Model
+    """The model."""
+    scope: Literal["reachable", "all"]
+    """The valuations that are states."""
+
+
 class Bounds(TypedDict):
     """Bounds of a number."""
 
@@ -263,22 +284,15 @@ class CheckTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class CheckReport(TypedDict):
+class CheckReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.check/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
     engine: NotRequired[Literal["symbolic", "explicit"]]
     """The engine; absent until it is taken."""
     engine_reason: NotRequired[str]
     """Why `--engine auto` has taken this engine; absent with another `--engine`."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     safety: Literal["action", "transition", "prefix"]
     """The safety mode."""
     empty: Union[Literal["bottom", "gain", "incomparable"], None]
@@ -303,10 +317,6 @@ class CheckReport(TypedDict):
     """The first initial states, at most 16; empty if unknown."""
     time: CheckTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class CompareEnginesTime(TypedDict):
@@ -357,18 +367,11 @@ class CompareTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class CompareReport(TypedDict):
+class CompareReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.compare/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     safety: Literal["action", "transition", "prefix"]
     """The safety mode."""
     empty: Union[Literal["bottom", "gain", "incomparable"], None]
@@ -393,10 +396,6 @@ class CompareReport(TypedDict):
     """The engine to prefer for this input; `null` if unknown."""
     time: CompareTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class ErrorReport(TypedDict):
@@ -455,18 +454,11 @@ class ExportValues(TypedDict):
     """True if no bound is wider than `--precision`."""
 
 
-class ExportReport(TypedDict):
+class ExportReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.export/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     safety: Literal["action", "transition", "prefix"]
     """The safety mode."""
     directory: str
@@ -497,10 +489,6 @@ class ExportReport(TypedDict):
     """The bounds of `--values`; absent without `--values`."""
     time: CompareTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class InfoNodes(TypedDict):
@@ -538,22 +526,15 @@ class InfoTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class InfoReport(TypedDict):
+class InfoReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.info/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
     engine: Literal["symbolic", "explicit"]
     """The engine; absent until it is taken."""
     engine_reason: NotRequired[str]
     """Why `--engine auto` has taken this engine; absent with another `--engine`."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     counts: Union[Counts, None]
     """The sizes of the model; `null` if unknown."""
     order: Union[List[str], None]
@@ -569,10 +550,6 @@ class InfoReport(TypedDict):
     """The players of a game; absent for other models, and if unknown."""
     time: InfoTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class PolicyViolation(TypedDict):
@@ -712,14 +689,11 @@ class PolicyTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class PolicyReport(TypedDict):
+class PolicyReport(Report):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.policy/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
     model: Model
     """The model."""
     policy: str
@@ -743,10 +717,6 @@ class PolicyReport(TypedDict):
     """The runs of `simulate`; absent with `verify`."""
     time: PolicyTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class QueryContains(TypedDict):
@@ -770,14 +740,11 @@ class QueryStates(TypedDict):
     """The actions of its choices in the region; absent for a region of states."""
 
 
-class QueryReport(TypedDict):
+class QueryReport(Report):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.query/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
     directory: str
     """The directory of the dump."""
     region: str
@@ -794,10 +761,6 @@ class QueryReport(TypedDict):
     """The states of `--list`; absent without it."""
     time: CompareTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class ReachUnsafe(TypedDict):
@@ -927,24 +890,17 @@ class ReachTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class ReachReport(TypedDict):
+class ReachReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.reach/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
     file: NotRequired[str]
     """The property file as the user named it; absent without one."""
     engine: NotRequired[Literal["symbolic", "explicit"]]
     """The engine; absent until it is taken."""
     engine_reason: NotRequired[str]
     """Why `--engine auto` has taken this engine; absent with another `--engine`."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     counts: Union[Counts, None]
     """The sizes of the model; `null` if unknown."""
     stops_at_target: NotRequired[bool]
@@ -986,10 +942,6 @@ class ReachReport(TypedDict):
     """The dump of `--out`; absent without `--out`, and if it was not written."""
     time: ReachTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class Written(TypedDict):
@@ -1009,22 +961,15 @@ class Written(TypedDict):
     """The maps had to be projected, so there are no sliders."""
 
 
-class ReportReport(TypedDict):
+class ReportReport(Report):
     """The results of `report`."""
 
     schema: Literal["meliora.report/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
     written: Union[Written, None]
     """The file; `null` if not written."""
     check: CheckReport
     """The object of `check`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class SimulatePlaysImprovements(TypedDict):
@@ -1244,22 +1189,15 @@ class SimulateTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class SimulateReport(TypedDict):
+class SimulateReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.simulate/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
     engine: NotRequired[Literal["symbolic", "explicit"]]
     """The engine; absent until it is taken."""
     engine_reason: NotRequired[str]
     """Why `--engine auto` has taken this engine; absent with another `--engine`."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     safety: Literal["action", "transition", "prefix"]
     """The safety mode."""
     empty: Union[Literal["bottom", "gain", "incomparable"], None]
@@ -1284,10 +1222,6 @@ class SimulateReport(TypedDict):
     """The results, one per starting state; empty before the first ends."""
     time: SimulateTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class StrategyStatesAttains(TypedDict):
@@ -1466,22 +1400,15 @@ class StrategyTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class StrategyReport(TypedDict):
+class StrategyReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.strategy/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
     engine: NotRequired[Literal["symbolic", "explicit"]]
     """The engine; absent until it is taken."""
     engine_reason: NotRequired[str]
     """Why `--engine auto` has taken this engine; absent with another `--engine`."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     safety: Literal["action", "transition", "prefix"]
     """The safety mode."""
     empty: Union[Literal["bottom", "gain", "incomparable"], None]
@@ -1501,10 +1428,6 @@ class StrategyReport(TypedDict):
     """The policy that was written; absent without `--policy`."""
     time: StrategyTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class SweepRuns(TypedDict):
@@ -1609,22 +1532,15 @@ class ValuesTime(TypedDict):
     """Seconds of the whole run."""
 
 
-class ValuesReport(TypedDict):
+class ValuesReport(ModelReport):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.values/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
-    model: Model
-    """The model."""
     engine: NotRequired[Literal["symbolic", "explicit"]]
     """The engine; absent until it is taken."""
     engine_reason: NotRequired[str]
     """Why `--engine auto` has taken this engine; absent with another `--engine`."""
-    scope: Literal["reachable", "all"]
-    """The valuations that are states."""
     safety: Literal["action", "transition", "prefix"]
     """The safety mode."""
     empty: Union[Literal["bottom", "gain", "incomparable"], None]
@@ -1641,10 +1557,6 @@ class ValuesReport(TypedDict):
     """The states; empty before the levels are known."""
     time: ValuesTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
 
 
 class VerifyChecked(TypedDict):
@@ -1667,14 +1579,11 @@ class VerifyViolation(TypedDict):
     """A state for which it fails; `null` if the condition is not about a state."""
 
 
-class VerifyReport(TypedDict):
+class VerifyReport(Report):
     """A report, in the order of the JSON fields."""
 
     schema: Literal["meliora.verify/1"]
     """The kind and version of the object."""
-    complete: NotRequired[bool]
-    """`false`: the run hit a limit or was interrupted, and the object has the results so far; absent in
-    complete reports."""
     directory: str
     """The directory of the dump."""
     accepted: Union[bool, None]
@@ -1693,7 +1602,3 @@ class VerifyReport(TypedDict):
     """The first condition that does not hold; `null` if accepted or unknown."""
     time: CompareTime
     """Seconds by phase; a phase that did not end is `null`."""
-    memory: Memory
-    """The memory used."""
-    error: NotRequired[ErrorReport]
-    """Why the run is not complete; absent in complete reports."""
