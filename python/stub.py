@@ -140,6 +140,9 @@ OVERLOADS = {
 #: Binary operators, which Python may call on their right side.
 BINARY = ("__and__", "__or__", "__sub__", "__xor__")
 
+#: The names of the tables that no class has used yet.
+UNUSED: dict[int, set[str | None]] = {id(types): set(types) for types in (ARGUMENTS, RESULTS)}
+
 
 def plain(annotation: ast.expr) -> ast.expr:
     """Returns an annotation in our words."""
@@ -155,7 +158,9 @@ def parsed(text: str) -> ast.expr:
 
 def known(types: dict[str, str], *names: str) -> str | None:
     """Returns the type with the first of these names."""
-    return next((types[name] for name in names if name in types), None)
+    found = next((name for name in names if name in types), None)
+    UNUSED[id(types)].discard(found)
+    return None if found is None else types[found]
 
 
 def typed(function: ast.FunctionDef, cls: str) -> ast.FunctionDef:
@@ -234,6 +239,9 @@ def main() -> None:
         command = ["-m", "maturin", "generate-stubs", "--locked", "--quiet", "--features", "stub", "--out", out]
         subprocess.run([sys.executable, *command], cwd=HERE, check=True)
         text = stub((Path(out) / "meliora" / "_native.pyi").read_text(encoding="utf-8"))
+    unused = sorted(str(name) for names in UNUSED.values() for name in names)
+    if unused:
+        sys.exit(f"no class has {', '.join(unused)}: remove them from the tables of stub.py")
     if "--check" in sys.argv and text != STUB.read_text(encoding="utf-8"):
         sys.exit(f"{STUB} is stale: run `python stub.py`")
     STUB.write_text(text, encoding="utf-8")
