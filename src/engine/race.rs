@@ -306,6 +306,18 @@ impl<T: Send> Field<T> {
         let over = std::thread::scope(|scope| {
             let mut state = lock(&race.state);
             let (winner, over) = loop {
+                let mut over = None;
+                for (way, end) in std::mem::take(&mut *lock(ends)) {
+                    match end {
+                        End::Answer(found) => drop(over.get_or_insert((way, Over::Answer(found)))),
+                        End::Panic(panic) => over = Some((NOBODY, Over::Panic(panic))),
+                        End::Leaves(limit) => left.extend(limit.map(|limit| (way, limit))),
+                    }
+                }
+                // Before another way takes the place of the one that has ended.
+                if let Some(over) = over {
+                    break over;
+                }
                 while let Some((way, until)) = state.next() {
                     let is_new = state.ways[way].phase == Phase::New;
                     lanes[way].until.store(until, Relaxed);
@@ -315,17 +327,6 @@ impl<T: Send> Field<T> {
                         left.push((way, limit));
                     }
                     race.changed.notify_all();
-                }
-                let mut over = None;
-                for (way, end) in std::mem::take(&mut *lock(ends)) {
-                    match end {
-                        End::Answer(found) => drop(over.get_or_insert((way, Over::Answer(found)))),
-                        End::Panic(panic) => over = Some((NOBODY, Over::Panic(panic))),
-                        End::Leaves(limit) => left.extend(limit.map(|limit| (way, limit))),
-                    }
-                }
-                if let Some(over) = over {
-                    break over;
                 }
                 if let Some(limit) = sink.stop() {
                     break (NOBODY, Over::Answer(Err(limit.into())));

@@ -41,6 +41,22 @@ fn each_way_is_the_first_to_end_once() {
     }
 }
 
+/// Another way began in its place, and allocated its tables.
+#[test]
+fn no_way_begins_after_the_first_has_ended() {
+    for threads in THREADS {
+        for _ in 0..20 {
+            let begun = Mutex::new(Vec::new());
+            let found = run(threads, &|lane| {
+                lock(&begun).push(lane.way);
+                work(lane, 2).map(|()| Some(lane.way))
+            });
+            assert_eq!(found.unwrap(), 0);
+            assert_eq!(*lock(&begun), [0], "{threads}");
+        }
+    }
+}
+
 #[test]
 fn with_one_thread_every_run_takes_the_same_turns() {
     let turns = || {
