@@ -2,9 +2,10 @@
 //!
 //! The threads take turns, counted in steps of diagrams. As many of them run at once as the caller allows; with one, every
 //! run takes the same turns. A way that waits keeps its results so far. The first way has the first steps alone, and the
-//! second one a turn after these. The way that is the first to know all states leads from then on: it is the likeliest to
-//! be the first to end. So it has a multiple of its steps so far alone, and half of all steps after these. If it knows in
-//! how many steps the first way is likely to end, it has at most as many alone, and the first way the next ones.
+//! second one a turn after these. A way may begin late, after a number of steps of the others. The way that is the first
+//! to know all states leads from then on: it is the likeliest to be the first to end. So it has a multiple of its steps so
+//! far alone, and half of all steps after these. If it knows in how many steps the first way is likely to end, it has at
+//! most as many alone, and the first way the next ones.
 
 #[cfg(test)]
 mod tests;
@@ -40,6 +41,15 @@ pub(crate) struct Rules {
     pub(crate) turn: u64,
     /// The steps that the leader has alone, for each step in which it has found all states.
     pub(crate) lead: u64,
+}
+
+/// The part of a way of all steps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Share {
+    /// Its steps in proportion to those of the others.
+    pub(crate) weight: u64,
+    /// The steps that it counts as taken before it begins. Each of the others has as many first, times its weight.
+    pub(crate) late: u64,
 }
 
 /// A way as its own thread sees it: a progress sink that lets its work wait for its turns.
@@ -85,7 +95,7 @@ struct Way {
     has_answer: bool,
     /// Its part of all steps, in proportion to those of the others.
     weight: u64,
-    /// The steps so far, and those that it counts as taken while another one was alone.
+    /// The steps so far, and those that it counts as taken before it began or while another one was alone.
     spent: u64,
     missed: u64,
 }
@@ -253,7 +263,7 @@ impl ProgressSink for Lane {
 /// The work of a way; `None` if it has no answer.
 pub(crate) type Run<'r, T> = &'r (dyn Fn(&Arc<Lane>) -> Result<Option<T>> + Sync);
 
-/// Runs some ways until the first has the answer, each with a sink of its own and with its weight. A way that is out of
+/// Runs some ways until the first has the answer, each with a sink of its own and with its share. A way that is out of
 /// memory leaves the others; the last one begins again, with all memory.
 ///
 /// # Errors
@@ -261,13 +271,19 @@ pub(crate) type Run<'r, T> = &'r (dyn Fn(&Arc<Lane>) -> Result<Option<T>> + Sync
 /// last way. A panic of a way is passed on.
 pub(crate) fn race<T: Send>(
     rules: Rules,
-    weights: &[u64],
+    shares: &[Share],
     sink: &dyn ProgressSink,
     sinks: &dyn Fn(usize) -> Arc<dyn ProgressSink>,
     run: Run<'_, T>,
 ) -> Result<T> {
-    let way = |&weight: &u64| Way { phase: Phase::New, has_answer: false, weight, spent: 0, missed: 0 };
-    let state = State { rules, ways: weights.iter().map(way).collect(), leader: None, likely: None };
+    let way = |&Share { weight, late: missed }: &Share| Way {
+        phase: Phase::New,
+        has_answer: false,
+        weight,
+        spent: 0,
+        missed,
+    };
+    let state = State { rules, ways: shares.iter().map(way).collect(), leader: None, likely: None };
     let race = Race { state: Mutex::new(state), changed: Condvar::new(), winner: AtomicUsize::new(OPEN) };
     let race = Arc::new(race);
     let lane = |way: usize, is_last: bool| {
@@ -275,7 +291,7 @@ pub(crate) fn race<T: Send>(
         Arc::new(Lane { race: Arc::clone(&race), way, sink: sinks(way), spent, until, is_last })
     };
     let mut field = Field { lanes: Vec::new(), ends: Mutex::default(), left: Vec::new() };
-    field.lanes.extend((0..weights.len()).map(|way| lane(way, false)));
+    field.lanes.extend((0..shares.len()).map(|way| lane(way, false)));
     let is_memory = |limit: &Limit| matches!(limit, Limit::Memory { .. } | Limit::System { .. });
     match field.run(&race, sink, run) {
         Over::Answer(found) => found,
@@ -306,6 +322,18 @@ impl<T: Send> Field<T> {
         let over = std::thread::scope(|scope| {
             let mut state = lock(&race.state);
             let (winner, over) = loop {
+                let mut over = None;
+                for (way, end) in std::mem::take(&mut *lock(ends)) {
+                    match end {
+                        End::Answer(found) => drop(over.get_or_insert((way, Over::Answer(found)))),
+                        End::Panic(panic) => over = Some((NOBODY, Over::Panic(panic))),
+                        End::Leaves(limit) => left.extend(limit.map(|limit| (way, limit))),
+                    }
+                }
+                // Before another way takes the place of the one that has ended.
+                if let Some(over) = over {
+                    break over;
+                }
                 while let Some((way, until)) = state.next() {
                     let is_new = state.ways[way].phase == Phase::New;
                     lanes[way].until.store(until, Relaxed);
@@ -315,17 +343,6 @@ impl<T: Send> Field<T> {
                         left.push((way, limit));
                     }
                     race.changed.notify_all();
-                }
-                let mut over = None;
-                for (way, end) in std::mem::take(&mut *lock(ends)) {
-                    match end {
-                        End::Answer(found) => drop(over.get_or_insert((way, Over::Answer(found)))),
-                        End::Panic(panic) => over = Some((NOBODY, Over::Panic(panic))),
-                        End::Leaves(limit) => left.extend(limit.map(|limit| (way, limit))),
-                    }
-                }
-                if let Some(over) = over {
-                    break over;
                 }
                 if let Some(limit) = sink.stop() {
                     break (NOBODY, Over::Answer(Err(limit.into())));

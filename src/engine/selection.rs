@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::any::AnyEngine;
 use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Guided};
-use super::race::{Lane, Place, Rules, race};
+use super::race::{Lane, Place, Rules, Share, race};
 use super::settings::{STEPS_PER_WORK, Scope, Settings, Storage};
 use super::symbolic::{Order, Ordered, SymbolicEngine, candidates, large_first};
 use meliora_base::error::{Error, Result};
@@ -170,19 +170,23 @@ fn raced<T: Send>(
         lead: settings.thresholds.lead,
     };
     let mut orders = 0;
-    let weight = |way: &Way| match way {
-        Way::Explicit => 4,
-        Way::Guided | Way::Everywhere(_) => 2,
-        Way::Symbolic(_) => {
-            orders += 1;
-            if orders == 1 { 2 } else { 1 }
-        }
+    let share = |way: &Way| {
+        let (weight, late) = match way {
+            Way::Explicit => (4, 0),
+            Way::Guided | Way::Everywhere(_) => (2, 0),
+            Way::Symbolic(_) => {
+                orders += 1;
+                // Most questions end before other orders begin. So these allocate no tables in vain.
+                if orders == 1 { (2, 0) } else { (1, turn / 4 * 3) }
+            }
+        };
+        Share { weight, late }
     };
-    let weights = Vec::from_iter(ways.iter().map(weight));
+    let shares = Vec::from_iter(ways.iter().map(share));
     let own = || Arc::clone(&settings.sink);
     let sinks = |way: usize| question.sinks.map_or_else(own, |sinks| sinks(way));
     let entrant = Entrant { program, settings, question, ways };
-    race(rules, &weights, &*settings.sink, &sinks, &|lane| entrant.run(lane))
+    race(rules, &shares, &*settings.sink, &sinks, &|lane| entrant.run(lane))
 }
 
 /// The input of all ways.
@@ -274,16 +278,20 @@ impl<T: Send> Entrant<'_, '_, T> {
         Ok(u64::try_from(listing * 3u32 * STEPS_PER_WORK).ok())
     }
 
-    /// Returns the settings of a way. The one that is the likeliest to be the first has half of the memory.
+    /// Returns the settings of a way. The one that is the likeliest to be the first has half of the memory, and a whole
+    /// operation cache from the beginning.
     fn settings(&self, lane: &Arc<Lane>, storage: Storage) -> Settings {
-        let all = self.settings.memory;
-        let first = |way: &Way| matches!(way, Way::Symbolic(_));
+        let Settings { memory: all, mut thresholds, .. } = *self.settings;
+        let first = self.ways.iter().position(|way| matches!(way, Way::Symbolic(_)));
         let memory = match self.ways.len() as u64 {
             _ if lane.is_last => all,
             1 => all,
-            _ if self.ways.iter().position(first) == Some(lane.way) => all / 2,
-            ways => all / 2 / (ways - 1),
+            _ if first == Some(lane.way) => all / 2,
+            ways => {
+                thresholds.cache /= 2;
+                all / 2 / (ways - 1)
+            }
         };
-        Settings { memory, storage, sink: Arc::clone(lane) as _, ..self.settings.clone() }
+        Settings { memory, storage, thresholds, sink: Arc::clone(lane) as _, ..self.settings.clone() }
     }
 }

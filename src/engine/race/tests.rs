@@ -12,6 +12,10 @@ fn rules(threads: usize) -> Rules {
     Rules { threads, alone: 4, turn: 8, lead: 2 }
 }
 
+/// Three ways, of which the last one is the least likely.
+const SHARES: [Share; 3] =
+    [Share { weight: 2, late: 0 }, Share { weight: 2, late: 0 }, Share { weight: 1, late: 0 }];
+
 /// Takes some steps.
 fn work(lane: &Lane, steps: u64) -> Result<()> {
     for _ in 0..steps {
@@ -25,7 +29,7 @@ fn work(lane: &Lane, steps: u64) -> Result<()> {
 
 /// Lets three ways race.
 fn run<T: Send>(threads: usize, run: Run<'_, T>) -> Result<T> {
-    race(rules(threads), &[2, 2, 1], &NoProgress, &|_| Arc::new(NoProgress), run)
+    race(rules(threads), &SHARES, &NoProgress, &|_| Arc::new(NoProgress), run)
 }
 
 #[test]
@@ -37,6 +41,22 @@ fn each_way_is_the_first_to_end_once() {
                 work(lane, steps).map(|()| Some(lane.way))
             });
             assert_eq!(found.unwrap(), first, "{threads}");
+        }
+    }
+}
+
+/// Another way began in its place, and allocated its tables.
+#[test]
+fn no_way_begins_after_the_first_has_ended() {
+    for threads in THREADS {
+        for _ in 0..20 {
+            let begun = Mutex::new(Vec::new());
+            let found = run(threads, &|lane| {
+                lock(&begun).push(lane.way);
+                work(lane, 2).map(|()| Some(lane.way))
+            });
+            assert_eq!(found.unwrap(), 0);
+            assert_eq!(*lock(&begun), [0], "{threads}");
         }
     }
 }
@@ -60,6 +80,26 @@ fn with_one_thread_every_run_takes_the_same_turns() {
     let first = turns();
     assert!((0..3).all(|way| first.1.contains(&way)));
     assert_eq!(turns(), first);
+}
+
+/// Every order allocated its tables after the first turns, and most questions end soon after these.
+#[test]
+fn a_late_way_begins_after_the_others_have_had_their_steps() {
+    let mut shares = SHARES;
+    shares[2].late = 30;
+    let spent = Mutex::new([0; 3]);
+    let found = race(rules(1), &shares, &NoProgress, &|_| Arc::new(NoProgress), &|lane| {
+        if lane.way == 2 {
+            return Ok(Some(*lock(&spent)));
+        }
+        for _ in 0..1000 {
+            work(lane, 1)?;
+            lock(&spent)[lane.way] += 1;
+        }
+        Ok(None)
+    });
+    let [first, second, _] = found.unwrap();
+    assert!((60..80).contains(&first) && (60..80).contains(&second), "{first}, {second}");
 }
 
 #[test]
@@ -156,7 +196,7 @@ fn the_first_way_follows_a_leader_that_has_taken_the_steps_in_which_it_is_likely
         for threads in THREADS {
             let rules = Rules { lead: 20, ..rules(threads) };
             let sinks = |_| Arc::new(NoProgress) as _;
-            let found = race(rules, &[2, 2, 1], &NoProgress, &sinks, &|lane| {
+            let found = race(rules, &SHARES, &NoProgress, &sinks, &|lane| {
                 if lane.way == 2 {
                     work(lane, 10)?;
                     lane.knows_all_states(likely);
@@ -175,13 +215,12 @@ fn a_limit_of_the_whole_work_ends_all_ways_soon() {
     for threads in THREADS {
         let sink = Arc::new(CancellationToken::default());
         let ended = Mutex::new(None);
-        let found: Result<()> =
-            race(rules(threads), &[2, 2, 1], &*sink, &|_| Arc::clone(&sink) as _, &|lane| {
-                work(lane, 200)?;
-                lock(&ended).get_or_insert_with(Instant::now);
-                sink.cancel();
-                work(lane, u64::MAX).map(|()| None)
-            });
+        let found: Result<()> = race(rules(threads), &SHARES, &*sink, &|_| Arc::clone(&sink) as _, &|lane| {
+            work(lane, 200)?;
+            lock(&ended).get_or_insert_with(Instant::now);
+            sink.cancel();
+            work(lane, u64::MAX).map(|()| None)
+        });
         assert!(matches!(found, Err(Error::Limit(Limit::Interrupted))));
         let took = lock(&ended).unwrap().elapsed();
         assert!(took < Duration::from_millis(200), "{took:?}");

@@ -199,7 +199,7 @@ pub fn improvable<E: Engine>(analysis: &Analysis<E>) -> Result<Option<E::States>
 
 /// Computes W_{k+1} from W_k (`last`; `None` for k = 0, where W_0 = S).
 ///
-/// By induction, levels decrease: fewer goal edges mean fewer winning states. Each game therefore
+/// By induction, levels decrease: fewer goal edges mean fewer winning states. Each game of SASI therefore
 /// starts from the states and choices left by the game of the last level. Cost per arena: one
 /// pre-image per part for the goal edges, and one `can_reach` (SPI) or one `almost_surely_win`
 /// (SASI).
@@ -256,7 +256,7 @@ fn next_game<E: Engine>(
     }
     match kind {
         Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
-        Kind::Spi => positively(engine, arena, edge_labels, before),
+        Kind::Spi => positively(engine, arena, edge_labels),
     }
 }
 
@@ -274,17 +274,15 @@ pub fn entering<E: Engine>(
 
 /// Computes μX. { s : some kept choice has a goal edge or a kept edge into X }.
 ///
-/// The search may start with the choices of the last level's winning states: W_{k+1} ⊆ W_k in each
-/// arena.
+/// All levels search the choices of the arena, though those of the last level's winning states would do: diagrams know
+/// many results for them already.
 fn positively<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
     edge_labels: Vec<EdgeLabels<E::States>>,
-    before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
-    let within = before.map_or(&arena.choices, |game| &game.choices);
-    let states = possibly_win(engine, within, &edge_labels)?;
-    let choices = engine.choices_in(within, &states)?;
+    let states = possibly_win(engine, &arena.choices, &edge_labels)?;
+    let choices = engine.choices_in(&arena.choices, &states)?;
     Ok(Game { edge_labels, states, choices })
 }
 
