@@ -108,7 +108,7 @@
 //! each selects the engine as the command does.
 //!
 //! ```
-//! use meliora::commands::check::Findings;
+//! use meliora::commands::check::Extras;
 //! use meliora::engine::Selection;
 //! use meliora::{Ask, Kind, Model, Options, Properties, Rank, Result, Settings, SourceFile};
 //!
@@ -130,7 +130,7 @@
 //!
 //! // The report of `meliora check`, with partial results if a limit ends the work.
 //! let task = model.clone().task(&wishes)?;
-//! let found = task.check(Options::default(), Findings::default(), Selection::open(), &Settings::default())?;
+//! let found = task.check(Options::default(), Extras::default(), Selection::open(), &Settings::default())?;
 //! assert!(found.limit.is_none() && found.report.initial[0].sasi.is_some());
 //!
 //! // The answers of `meliora reach --property`.
@@ -162,8 +162,8 @@
 //! // Many instances.
 //! for n in 1..=3_u32 {
 //!     let task = Model::parse(text, &format!("N={n}"))?.task(&wishes)?;
-//!     let (options, findings) = (Options::default(), Findings::default());
-//!     let report = task.check(options, findings, Selection::open(), &Settings::default())?.report;
+//!     let (options, extras) = (Options::default(), Extras::default());
+//!     let report = task.check(options, extras, Selection::open(), &Settings::default())?.report;
 //!     assert_eq!(report.result.counts.as_ref().unwrap().states, (n + 2).into());
 //! }
 //! # Ok(())
@@ -253,9 +253,9 @@ pub mod lang {
     pub use meliora_formats::{Document, load, load_given, load_with_progress};
     #[doc(inline)]
     pub use meliora_lang::{
-        Checked, Given, Question, flat, implied_objectives, load_preferences, lower_target,
-        outline_preferences, outline_preferences_for, parse_coalition, parse_constants, parse_expression,
-        parse_model, parse_preferences, parse_property, parse_state,
+        Checked, Given, Task, flat, implied_objectives, load_preferences, lower_target, outline_preferences,
+        outline_preferences_for, parse_coalition, parse_constants, parse_expression, parse_model,
+        parse_preferences, parse_property, parse_state,
     };
 }
 

@@ -20,7 +20,7 @@
 //! let none = SourceFile::new("constants", "");
 //! let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
 //! let wishes = SourceFile::new("toy.pref", tutorial::WISHES);
-//! let lang::Question { program, preferences } = lang::load_preferences(&wishes, program)?;
+//! let lang::Task { program, preferences } = lang::load_preferences(&wishes, program)?;
 //! assert_eq!(program.variables[0].name, "s");
 //! assert_eq!(preferences.objectives.len(), 3);
 //!
@@ -48,7 +48,7 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let lang::Task { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! let (first, second, third) = (0, 1, 2);
 //! let sure: ObjectiveSet = [first, second, third].into_iter().collect();
 //! assert_eq!(preferences.names(&preferences.most_preferred(&sure)), ["Second", "Third"]);
@@ -90,7 +90,7 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let lang::Task { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! let program = Arc::new(program);
 //! let symbolic = SymbolicEngine::new(program.clone(), Settings::default())?;
 //! let explicit = ExplicitEngine::new(program.clone(), Settings::default())?;
@@ -118,7 +118,7 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let lang::Task { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! # let preferences = Arc::new(preferences);
 //! # let program = Arc::new(program);
 //! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
@@ -155,7 +155,7 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let lang::Task { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! # let preferences = Arc::new(preferences);
 //! # let program = Arc::new(program);
 //! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);
@@ -201,7 +201,7 @@
 //! # let none = SourceFile::new("constants", "");
 //! let program = lang::load(&SourceFile::new("lateral.prism", tutorial::GAMBLE), &none)?.program;
 //! let wishes = SourceFile::new("lateral.pref", tutorial::STAKES);
-//! let lang::Question { program, preferences } = lang::load_preferences(&wishes, program)?;
+//! let lang::Task { program, preferences } = lang::load_preferences(&wishes, program)?;
 //! let preferences = Arc::new(preferences);
 //! let engine = Arc::new(ExplicitEngine::new(Arc::new(program), Settings::default())?);
 //! let rank = |safety: Safety| -> Result<Rank, Error> {
@@ -243,7 +243,7 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let lang::Task { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! # let preferences = Arc::new(preferences);
 //! let button = Arc::new(Button::default());
 //! let settings = Settings { sink: button.clone(), ..Settings::default() };
@@ -283,7 +283,7 @@
 //! # fn main() -> Result<(), Error> {
 //! # let none = SourceFile::new("constants", "");
 //! # let program = lang::load(&SourceFile::new("toy.prism", tutorial::MODEL), &none)?.program;
-//! # let lang::Question { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
+//! # let lang::Task { program, preferences } = lang::load_preferences(&SourceFile::new("toy.pref", tutorial::WISHES), program)?;
 //! # let preferences = Arc::new(preferences);
 //! # let program = Arc::new(program);
 //! # let engine = Arc::new(SymbolicEngine::new(program.clone(), Settings::default())?);

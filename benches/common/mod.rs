@@ -42,7 +42,7 @@ impl Case {
         let constants = SourceFile::new("constants", constants);
         let program = lang::load(&SourceFile::new(&name, model), &constants).unwrap().program;
         let source = SourceFile::new(&name, preferences);
-        let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
+        let lang::Task { program, preferences } = lang::load_preferences(&source, program).unwrap();
         Case { name, program: Arc::new(program), preferences: Arc::new(preferences), scope }
     }
 

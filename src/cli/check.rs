@@ -1,7 +1,7 @@
 //! `meliora check`: levels of improvements, and permitted actions in the initial states.
 
 use clap::Args;
-use meliora::commands::check::{Findings, check};
+use meliora::commands::check::{Extras, check};
 use meliora_base::error::Error;
 use meliora_report::CheckReport;
 
@@ -62,6 +62,6 @@ fn work(job: &Job<CheckReport>, args: &CheckArgs) -> Result<(), Error> {
         Ok(())
     })?;
     let details = args.shown.verbose > 0 && !args.shown.json;
-    let (options, findings) = (args.preferences.options(), Findings { jointly: args.jointly, details });
-    plan::raced(job, given, &task, &|job, engine| check(job, engine, &task, options, findings))
+    let (options, extras) = (args.preferences.options(), Extras { jointly: args.jointly, details });
+    plan::raced(job, given, &task, &|job, engine| check(job, engine, &task, options, extras))
 }

@@ -38,7 +38,7 @@ impl HasCheck for PageReport {
 
 /// Findings of a check in addition to the levels and the prospects of the initial states.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Findings {
+pub struct Extras {
     /// The most preferred objectives that one strategy achieves together.
     pub jointly: bool,
     /// The cycles behind unbounded ranks, and the ranks under [`Safety::Action`].
@@ -66,7 +66,7 @@ impl Task {
     pub fn check(
         &self,
         options: Options,
-        findings: Findings,
+        extras: Extras,
         selected: Selection,
         settings: &Settings,
     ) -> Result<CheckResult> {
@@ -76,7 +76,7 @@ impl Task {
         report.header.read_conditions(self.preferences.predicates());
         report.header.select(&selected);
         let kept = Kept::new(report, Arc::clone(&settings.sink));
-        let by_states = |kept: &Kept<CheckReport>, engine: &_| check(kept, engine, self, options, findings);
+        let by_states = |kept: &Kept<CheckReport>, engine: &_| check(kept, engine, self, options, extras);
         let (program, early) = (&self.program, Early::default());
         let raced = Raced { program, settings, selected, lists_states: false, early, answer: &by_states };
         let limit = match raced.run(&kept) {
@@ -99,14 +99,14 @@ pub fn check<E: Engine>(
     engine: &Arc<E>,
     task: &Task,
     options: Options,
-    findings: Findings,
+    extras: Extras,
 ) -> Result<()> {
     let mut analysis = analyse(work, engine, task, options)?;
-    if findings.details {
+    if extras.details {
         cycles(work, &analysis, &task.program, LISTED)?;
         by_step(work, &analysis, LISTED)?;
     }
-    if findings.jointly {
+    if extras.jointly {
         let mut hear = |event: Event<'_>| work.update(|r| r.result.add(event));
         work.timed("jointly", || analysis.run_jointly(&mut hear), |_, _| ())?;
         let initial = analysis.initial_prospects(&task.program, LISTED)?;

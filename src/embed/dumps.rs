@@ -56,7 +56,7 @@ impl Model {
     ) -> Result<(Arc<Program>, Verdict)> {
         let (dump, picture) = certify::read(directory, &*settings.sink)?;
         let program = Program::clone(self.program());
-        let lang::Question { mut program, preferences: own } = lang::load_preferences(preferences, program)?;
+        let lang::Task { mut program, preferences: own } = lang::load_preferences(preferences, program)?;
         if let Some(coalition) = &self.named {
             program.play_as(coalition);
         }

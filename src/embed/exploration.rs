@@ -224,7 +224,7 @@ impl Exploration {
     /// The text is invalid; each error has its place. A limit is reached in the new exploration.
     pub fn prefer(&self, source: &Arc<SourceFile>, options: Options) -> Result<Analysis> {
         let program = self.own_program();
-        let lang::Question { program, preferences } = lang::load_preferences(source, program)?;
+        let lang::Task { program, preferences } = lang::load_preferences(source, program)?;
         let named = program.players.as_ref().map(Players::coalition);
         // Monitors add variables, so the product has states of its own.
         let engine = match preferences.history {

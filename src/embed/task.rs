@@ -33,7 +33,7 @@ impl Model {
     pub fn task(self, source: &Arc<SourceFile>) -> Result<Task> {
         let (named, program) = (self.named.clone(), self.into_program());
         let overlap = overlap(&program);
-        let lang::Question { mut program, preferences } = lang::load_preferences(source, program)?;
+        let lang::Task { mut program, preferences } = lang::load_preferences(source, program)?;
         program.note_inexact(preferences.predicates());
         if let Some(coalition) = named {
             program.play_as(&coalition);

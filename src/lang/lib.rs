@@ -43,7 +43,7 @@ pub use parse::{parse_expression, parse_model};
 pub use players::parse_coalition;
 pub use pref::parse_preferences;
 pub use preferences::{
-    Question, implied_objectives, load_preferences, outline_preferences, outline_preferences_for,
+    Task, implied_objectives, load_preferences, outline_preferences, outline_preferences_for,
 };
 pub use property::parse_property;
 pub use property_file::{open_constants, outline_properties, parse_properties, refuse_values};

@@ -27,9 +27,9 @@ const MOST_OBJECTIVES: usize = 1_000;
 /// Maximum number of pairs of objectives that the statements of a preference file relate.
 const MOST_PAIRS: usize = 1_000_000;
 
-/// A question of planning: a model and the preferences about its states.
+/// A task of planning: a model and the preferences about its states.
 #[derive(Debug, Clone)]
-pub struct Question<P = Program> {
+pub struct Task<P = Program> {
     /// The model as the preferences see it: the product with the monitors of whole paths, the game in which the
     /// coalition is ours, or else the given program.
     pub program: P,
@@ -48,9 +48,9 @@ pub struct Question<P = Program> {
 pub fn load_preferences<P: Borrow<Program> + From<Program>>(
     source: &Arc<SourceFile>,
     program: P,
-) -> Result<Question<P>> {
+) -> Result<Task<P>> {
     let (preferences, replaced) = lower_preferences(source, program.borrow())?;
-    Ok(Question { program: replaced.map_or(program, P::from), preferences })
+    Ok(Task { program: replaced.map_or(program, P::from), preferences })
 }
 
 /// Returns the preferences of a file and, for whole paths or a coalition, the program that replaces the

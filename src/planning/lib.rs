@@ -31,7 +31,7 @@
 //! let wishes = "objective Near = F x=1; objective Far = F x=2; prefer Far > Near;";
 //! let none = SourceFile::new("--const", "");
 //! let program = meliora_lang::load(&SourceFile::new("m.prism", model), &none)?.program;
-//! let meliora_lang::Question { program, preferences } = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), program)?;
+//! let meliora_lang::Task { program, preferences } = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), program)?;
 //! let engine = SymbolicEngine::new(Arc::new(program), Settings::default())?;
 //! let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
 //! analysis.run(&mut |_| ())?;

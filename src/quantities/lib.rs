@@ -71,7 +71,7 @@
 //! let wishes = "objective Lucky = F x=1;";
 //! let none = SourceFile::new("--const", "");
 //! let program = meliora_lang::load(&SourceFile::new("m.prism", model), &none)?.program;
-//! let meliora_lang::Question { program, preferences } = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), program)?;
+//! let meliora_lang::Task { program, preferences } = meliora_lang::load_preferences(&SourceFile::new("m.pref", wishes), program)?;
 //! let program = Arc::new(program);
 //! let engine = ExplicitEngine::new(Arc::clone(&program), Settings::default())?;
 //! let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());

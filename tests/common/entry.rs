@@ -405,8 +405,7 @@ thread_local! {
 /// The dump of [`MODEL`] in memory.
 pub fn exported() -> directory::Dump {
     let program = program();
-    let lang::Question { program, preferences } =
-        lang::load_preferences(&source(PREFERENCES), program).unwrap();
+    let lang::Task { program, preferences } = lang::load_preferences(&source(PREFERENCES), program).unwrap();
     let preferences = Arc::new(preferences);
     let program = Arc::new(program);
     let settings = Settings { memory: 16 << 20, ..Settings::default() };

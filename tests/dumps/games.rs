@@ -121,7 +121,7 @@ fn certified(text: &str, read: &Program, safety: Safety) {
         let of = coalition.replace("p1", players[0]).replace("p2", players[1]);
         let program = read.clone();
         let source = SourceFile::new("p.pref", format!("{of}{wishes}"));
-        let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
+        let lang::Task { program, preferences } = lang::load_preferences(&source, program).unwrap();
         let case = Case::of(program, preferences, Scope::Reachable, safety);
         let verdict = case.verify(&case.dump).unwrap();
         assert_eq!(verdict.violation, None, "{text} {safety} {coalition}");

@@ -46,7 +46,7 @@ impl Case {
     fn new(wishes: &str, safety: Safety) -> Self {
         let none = SourceFile::new("--const", "");
         let program = lang::load(&SourceFile::new("m", factory(3)), &none).unwrap().program;
-        let lang::Question { program, preferences } =
+        let lang::Task { program, preferences } =
             lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
         let (program, preferences) = (Arc::new(program), Arc::new(preferences));
         let sink = Arc::new(Share::default());

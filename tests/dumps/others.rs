@@ -25,7 +25,7 @@ fn under_the_manifest_of(truth: &Dump, other: &Dump) -> Dump {
 pub(super) fn read(model: &str, preferences: &str) -> (Program, Preferences) {
     let source = SourceFile::new("m.prism", model);
     let program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p.pref", preferences), program).unwrap();
     (program, preferences)
 }

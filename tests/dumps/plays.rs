@@ -15,7 +15,7 @@ fn case(model: &str, constants: &str, preferences: &str, scope: Scope, safety: S
     let path = format!("models/{model}.prism");
     let source = SourceFile::new("m.prism", fs::read_to_string(path).unwrap());
     let program = lang::load(&source, &SourceFile::new("--const", constants)).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p.pref", preferences), program).unwrap();
     Case::of(program, preferences, scope, safety)
 }

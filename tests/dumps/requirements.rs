@@ -20,7 +20,7 @@ fn case(preferences: &str, scope: Scope, safety: Safety) -> Case {
     let source = SourceFile::new("m.prism", MODEL);
     let program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
     let source = SourceFile::new("p.pref", format!("{PREFERENCES}{preferences}"));
-    let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
+    let lang::Task { program, preferences } = lang::load_preferences(&source, program).unwrap();
     Case::of(program, preferences, scope, safety)
 }
 

@@ -18,7 +18,7 @@ const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 fn dump(model: String, wishes: &str, safety: Safety) -> (Dump, impl Fn(&Dump) -> Verdict) {
     let none = SourceFile::new("--const", "");
     let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
     let (program, preferences) = (Arc::new(program), Arc::new(preferences));
     let settings = || Settings { memory: 256 << 20, ..Settings::default() };

@@ -78,7 +78,7 @@ impl Case {
     ) -> Result<Self, Error> {
         let source = |text: &str| SourceFile::new("text", text);
         let program = lang::load(&source(model), &source("")).unwrap().program;
-        let lang::Question { program, preferences } =
+        let lang::Task { program, preferences } =
             lang::load_preferences(&source(preferences), program).unwrap();
         let preferences = Arc::new(preferences);
         let program = Arc::new(program);

@@ -34,7 +34,7 @@ fn case(model: &str, scope: Scope, safety: Safety) -> Case {
     let read = |path: String| SourceFile::new(path.clone(), fs::read_to_string(path).unwrap());
     let source = read(format!("models/{model}.prism"));
     let program = lang::load(&source, &SourceFile::new("--const", "")).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&read(format!("models/{model}.pref")), program).unwrap();
     Case::of(program, preferences, scope, safety)
 }

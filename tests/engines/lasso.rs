@@ -225,7 +225,7 @@ fn engines(program: Program) -> (Arc<SymbolicEngine>, Arc<ExplicitEngine>) {
 /// start.
 fn achievable(program: Program, formula: &str) -> [bool; 2] {
     let text = format!("objective A = X ({formula}); history = play;\n");
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", text.as_str()), program).unwrap();
     let preferences = Arc::new(preferences);
     let (symbolic, explicit) = engines(program.clone());
@@ -316,7 +316,7 @@ fn brackets_of_arithmetic_stand_beside_temporal_formulas() {
 fn an_objective_may_be_called_as_a_variable_is() {
     let program = load("mdp module m s:[0..1] init 0; [] true -> (s'=1-s); endmodule");
     let text = SourceFile::new("p", "objective s = G (s=0 => X s=1);");
-    let lang::Question { program, preferences } = lang::load_preferences(&text, program).unwrap();
+    let lang::Task { program, preferences } = lang::load_preferences(&text, program).unwrap();
     let preferences = Arc::new(preferences);
     let names: std::collections::BTreeSet<&String> = program.variables.iter().map(|v| &v.name).collect();
     assert_eq!(names.len(), program.variables.len(), "{names:?}");

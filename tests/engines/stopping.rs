@@ -56,7 +56,7 @@ fn ways((length, width): Size) -> (Arc<Program>, Arc<Preferences>) {
     let none = SourceFile::new("constants", "");
     let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let text = "objective B = F x=L+1; objective C = F x=L+2;";
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", text), program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }

@@ -160,7 +160,7 @@ pub(crate) fn program(text: &str) -> Program {
 /// Reads a game and preferences.
 pub(crate) fn loaded(text: &str, preferences: &str) -> (Arc<Program>, Arc<Preferences>) {
     let program = program(text);
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("preferences", preferences), program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }

@@ -107,7 +107,7 @@ impl Drawn {
             wishes += &format!("prefer o{i} > o{j};\n");
         }
         let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-        let lang::Question { program, preferences } =
+        let lang::Task { program, preferences } =
             lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
         (Arc::new(program), Arc::new(preferences))
     }

@@ -69,7 +69,7 @@ fn load(case: &Case, empty: Empty) -> (Arc<Program>, Arc<Preferences>) {
         wishes += &format!("prefer o{} {relation} o{};\n", statement.left, statement.right);
     }
     let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }

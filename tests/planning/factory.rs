@@ -17,7 +17,7 @@ fn read(machines: usize, preferences: &str) -> (Arc<Program>, Arc<Preferences>) 
     let none = SourceFile::new("--const", "");
     let program = lang::load(&SourceFile::new("m", factory(machines)), &none).unwrap().program;
     let preferences = SourceFile::new("p", preferences.to_owned());
-    let lang::Question { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
+    let lang::Task { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }
 

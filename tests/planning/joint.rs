@@ -25,7 +25,7 @@ fn analysed_within(
     }
     let none = SourceFile::new("c", "");
     let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
     let settings = Settings { storage, scope, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::new(program), settings).unwrap());

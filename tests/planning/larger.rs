@@ -29,7 +29,7 @@ fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {
     let none = SourceFile::new("constants", "");
     let program = lang::load(&SourceFile::new("m", written.model), &none).unwrap().program;
     let preferences = SourceFile::new("p", written.preferences);
-    let lang::Question { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
+    let lang::Task { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
     (Arc::new(program), Arc::new(preferences))
 }
 

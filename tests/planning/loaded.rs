@@ -21,7 +21,7 @@ impl Loaded {
         let none = SourceFile::new("constants", "");
         let program = lang::load(&SourceFile::new("model", model), &none).unwrap().program;
         let source = SourceFile::new("preferences", preferences);
-        let lang::Question { program, preferences } = lang::load_preferences(&source, program).unwrap();
+        let lang::Task { program, preferences } = lang::load_preferences(&source, program).unwrap();
         let preferences = Arc::new(preferences);
         let program = Arc::new(program);
         let engine = Arc::new(ExplicitEngine::new(program.clone(), Settings::default()).unwrap());

@@ -44,7 +44,7 @@ fn program(
     }
     preferences += &format!("empty = {empty};\n");
     let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
     (program, preferences)
 }
@@ -243,7 +243,7 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     let none = SourceFile::new("constants", "");
     let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
     let preferences = SourceFile::new("p", "objective A = F x=1;");
-    let lang::Question { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
+    let lang::Task { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
     let preferences = Arc::new(preferences);
     let program = Arc::new(program);
     let settings = Settings { order: Order::Declared, ..Settings::default() };

@@ -20,7 +20,7 @@ fn with_projections(
     let read = |name: &str| SourceFile::new(name, fs::read_to_string(name).unwrap());
     let program =
         lang::load(&read("models/robot5x5.prism"), &SourceFile::new("constants", "")).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&read("models/robot5x5.pref"), program).unwrap();
     let preferences = Arc::new(preferences);
     let plane = Plane::guess(&program).unwrap();

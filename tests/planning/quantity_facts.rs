@@ -122,7 +122,7 @@ fn levels_say_where_probabilities_are_positive_and_one_in_all_models() {
         // Large families are left out.
         let Ok(loaded) = lang::load(&read(&path), &constants) else { continue };
         let program = loaded.program;
-        let lang::Question { program, preferences } =
+        let lang::Task { program, preferences } =
             lang::load_preferences(&read(&path.with_extension("pref")), program).unwrap();
         let (program, preferences) = (Arc::new(program), Arc::new(preferences));
         let settings = || Settings { memory: 256 << 20, ..Settings::default() };

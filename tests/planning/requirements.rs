@@ -24,7 +24,7 @@ const MODEL: &str = "mdp
 fn analysis(storage: Storage, preferences: &str) -> (Analysis, Arc<Program>) {
     let none = SourceFile::new("--const", "");
     let program = lang::load(&SourceFile::new("m", MODEL), &none).unwrap().program;
-    let lang::Question { program, preferences } =
+    let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
     let program = Arc::new(program);
     let settings = Settings { storage, memory: 16 << 20, ..Settings::default() };

@@ -41,7 +41,7 @@ impl Shop {
 
     fn program(&self, constants: &str) -> Result<(Arc<Program>, Arc<Preferences>)> {
         let program = lang::load(&self.model, &SourceFile::new("--const", constants))?.program;
-        let lang::Question { program, preferences } = lang::load_preferences(&self.preferences, program)?;
+        let lang::Task { program, preferences } = lang::load_preferences(&self.preferences, program)?;
         Ok((Arc::new(program), Arc::new(preferences)))
     }
 
