@@ -226,8 +226,8 @@ pub mod engine {
     #[doc(inline)]
     pub use meliora_engine::{
         Algebra, AnyEngine, Count, Dumpable, EdgeLabels, Engine, ExplicitEngine, Guided, Guiding, NoProgress,
-        Order, ProgressSink, Question, Racer, Region, Scope, Selection, Settings, Storage, SymbolicEngine,
-        Usage, regions,
+        Order, ProgressSink, RacedQuestion, Racer, Region, Scope, Selection, Settings, Storage,
+        SymbolicEngine, Usage, regions,
     };
 }
 
@@ -321,7 +321,7 @@ pub mod quantities {
 pub mod question {
     #[doc(inline)]
     pub use meliora_question::{
-        Answer, Answers, Asking, Goal, Job, Listener, Options, Questions, Required, Stopping, Strategies,
+        Answer, Answers, Asking, Job, Listener, Options, PathGoal, Questions, Required, Stopping, Strategies,
         Target, Under, WantedStrategies, Warning, answers, check_start, evaluate, list, pipeline, plan, race,
         regions,
     };

@@ -65,7 +65,7 @@ pub(super) struct StrategyArgs {
 
     /// Explain all states of this rank: a number, or `unbounded`
     #[arg(long, value_name = "K", value_parser = rank)]
-    rank: Option<Asked>,
+    rank: Option<RankChoice>,
 
     /// Explain all states of the scope, with all memories that paths from them may have: the whole
     /// strategy, as a table that other programs can follow
@@ -100,15 +100,15 @@ impl StrategyArgs {
 
 /// The rank to list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Asked {
+enum RankChoice {
     Exactly(usize),
     Unbounded,
 }
 
-fn rank(text: &str) -> Result<Asked, String> {
+fn rank(text: &str) -> Result<RankChoice, String> {
     match text {
-        "unbounded" => Ok(Asked::Unbounded),
-        _ => text.parse().map(Asked::Exactly).map_err(|_| "expected a number or `unbounded`".to_owned()),
+        "unbounded" => Ok(RankChoice::Unbounded),
+        _ => text.parse().map(RankChoice::Exactly).map_err(|_| "expected a number or `unbounded`".to_owned()),
     }
 }
 
@@ -230,8 +230,8 @@ fn found<E: Engine>(
     let (engine, set) = match args.rank {
         _ if args.all => (whole, whole.all_states()),
         None => (engine, engine.initial_states()),
-        Some(Asked::Unbounded) => (engine, strategy.states_of_rank(None)?),
-        Some(Asked::Exactly(k)) => (engine, strategy.states_of_rank(Some(k))?),
+        Some(RankChoice::Unbounded) => (engine, strategy.states_of_rank(None)?),
+        Some(RankChoice::Exactly(k)) => (engine, strategy.states_of_rank(Some(k))?),
     };
     let (states, count) = listed(engine, &set, args.limit(), &|text| job.sink.note(text))?;
     job.update(|r| r.asked = Some(count.into()));

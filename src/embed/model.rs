@@ -9,7 +9,7 @@ use meliora_base::error::{Diagnostic, Error, Limit, Result, SourceFile};
 use meliora_base::progress::{NoProgress, ProgressSink};
 use meliora_base::sync::lock;
 use meliora_base::value::{Type, Value};
-use meliora_engine::{AnyEngine, Question, Racer, Scope, Selection, Settings};
+use meliora_engine::{AnyEngine, RacedQuestion, Racer, Scope, Selection, Settings};
 use meliora_formats::Document;
 use meliora_lang::named::Property;
 use meliora_lang::{self as lang, Checked, Given};
@@ -157,7 +157,7 @@ impl Model {
         ask: &(dyn Fn(&Exploration) -> Result<T> + Sync),
     ) -> Result<T> {
         let by_states = |_: &Racer, engine: AnyEngine| ask(&self.explored(engine)?);
-        Selection::open().answer(&self.program, settings, &Question::of(&by_states))
+        Selection::open().answer(&self.program, settings, &RacedQuestion::of(&by_states))
     }
 
     /// Runs a whole analysis by the first of several ways to end, as [`Model::ask_by_any`]. The listener hears the
@@ -225,7 +225,7 @@ impl Model {
     pub fn reach_stopping_by_any(&self, question: &str, settings: Settings) -> Result<Reached> {
         let (program, asking) = self.stopping(question, settings.scope)?;
         let by_states = |_: &Racer, engine: AnyEngine| self.stopped(&program, &asking, engine);
-        Selection::open().answer(asking.goal.program(&program), settings, &Question::of(&by_states))
+        Selection::open().answer(asking.goal.program(&program), settings, &RacedQuestion::of(&by_states))
     }
 
     /// Returns the part of the model that decides a question, and the question about it.

@@ -9,7 +9,7 @@ use meliora_engine::symbolic::{StateSet, SymbolicEngine};
 use meliora_engine::{Algebra, Engine};
 use meliora_export::questions::{Answered, Kept, export_regions};
 use meliora_question::regions::{Computed, Part};
-use meliora_question::{Goal, Questions, Target};
+use meliora_question::{PathGoal, Questions, Target};
 use meliora_report::{ReachReport, WrittenRegions};
 
 /// The region of the states that satisfy a condition.
@@ -72,7 +72,7 @@ pub fn write(
 }
 
 /// Returns the states of a target whose paths are judged; `None` for a temporal formula.
-fn target(engine: &SymbolicEngine, goal: &Goal) -> Result<Option<StateSet>> {
+fn target(engine: &SymbolicEngine, goal: &PathGoal) -> Result<Option<StateSet>> {
     let Target::States(target) = &goal.target else { return Ok(None) };
     let judged = engine.intersection(&engine.all_states(), &goal.judged(engine)?)?;
     Ok(Some(engine.intersection(&engine.states_where(target)?, &judged)?))

@@ -4,7 +4,7 @@
 //! - [`SymbolicEngine`]: sets are binary decision diagrams (OxiDD).
 //! - [`ExplicitEngine`]: states are stored one by one.
 //! - [`AnyEngine`]: either of them, selected at run time by [`Settings`].
-//! - [`Selection`]: where nothing names the engine, several ways to the answer of a whole [`Question`] race (`race`): the
+//! - [`Selection`]: where nothing names the engine, several ways to the answer of a whole [`RacedQuestion`] race (`race`): the
 //!   explicit engine, diagrams in several orders of the bits, and for the initial states alone diagrams over all
 //!   valuations and a guided search ([`Guided`]).
 //!
@@ -50,6 +50,6 @@ pub use edge_labels::EdgeLabels;
 pub use engine::{Algebra, Engine, Region, position};
 pub use explicit::{ExplicitEngine, Guided, Guiding};
 pub use meliora_base::progress::{NoProgress, ProgressSink};
-pub use selection::{BySearch, OverAll, Question, Racer, Selection};
+pub use selection::{BySearch, OverAll, RacedQuestion, Racer, Selection};
 pub use settings::{Count, Scope, Settings, Storage, Usage};
 pub use symbolic::{Order, SymbolicEngine};

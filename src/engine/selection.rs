@@ -41,7 +41,7 @@ pub type OverAll<'q, T> = &'q (dyn Fn(&SymbolicEngine) -> Result<T> + Sync);
 pub type BySearch<'q, T> = &'q (dyn Fn(Guided) -> Result<T> + Sync);
 
 /// A question, with the ways to answer it. Several threads may ask it at the same time.
-pub struct Question<'q, T> {
+pub struct RacedQuestion<'q, T> {
     /// Answers it by an engine that knows all states.
     pub by_states: &'q (dyn Fn(&Racer, AnyEngine) -> Result<T> + Sync),
     /// Answers a question about the initial states by an engine of [`SymbolicEngine::everywhere`]; `None` if the answer
@@ -79,7 +79,7 @@ impl Selection {
     /// The errors of [`AnyEngine::new`].
     pub fn build(&mut self, program: &Arc<Program>, settings: Settings) -> Result<AnyEngine> {
         let memory = settings.memory;
-        let engine = self.answer(program, settings, &Question::of(&|_, engine| Ok(engine)))?;
+        let engine = self.answer(program, settings, &RacedQuestion::of(&|_, engine| Ok(engine)))?;
         match engine {
             AnyEngine::Explicit(engine) => {
                 // The others have ended.
@@ -100,7 +100,7 @@ impl Selection {
         &mut self,
         program: &Arc<Program>,
         settings: Settings,
-        question: &Question<'_, T>,
+        question: &RacedQuestion<'_, T>,
     ) -> Result<T> {
         if !self.is_open {
             let racer = Racer { way: 0, leads: true, selection: self.clone() };
@@ -130,14 +130,14 @@ impl SymbolicEngine {
         let taken = |_: &Racer, engine: AnyEngine| {
             engine.symbolic().map(|engine| SymbolicEngine::clone(engine)).ok_or(Error::ForeignSet)
         };
-        raced(&program, &settings, &Question::of(&taken), &ways).map(|(_, engine)| engine)
+        raced(&program, &settings, &RacedQuestion::of(&taken), &ways).map(|(_, engine)| engine)
     }
 }
 
-impl<'q, T> Question<'q, T> {
+impl<'q, T> RacedQuestion<'q, T> {
     /// Creates a question for engines that know all states.
     pub fn of(by_states: &'q (dyn Fn(&Racer, AnyEngine) -> Result<T> + Sync)) -> Self {
-        Question { by_states, everywhere: None, guided: None, lists_states: false, sinks: None }
+        RacedQuestion { by_states, everywhere: None, guided: None, lists_states: false, sinks: None }
     }
 
     /// Returns the ways, those that are likelier to be the first to end before others.
@@ -158,7 +158,7 @@ impl<'q, T> Question<'q, T> {
 fn raced<T: Send>(
     program: &Arc<Program>,
     settings: &Settings,
-    question: &Question<'_, T>,
+    question: &RacedQuestion<'_, T>,
     ways: &[Way],
 ) -> Result<(Selection, T)> {
     let turn = settings.thresholds.first_turn;
@@ -193,7 +193,7 @@ fn raced<T: Send>(
 struct Entrant<'e, 'q, T> {
     program: &'e Arc<Program>,
     settings: &'e Settings,
-    question: &'e Question<'q, T>,
+    question: &'e RacedQuestion<'q, T>,
     ways: &'e [Way],
 }
 

@@ -3,7 +3,7 @@
 //! - [`Program`]: variables, commands, synchronisations, labels and formulas, independent of
 //!   diagrams and state arrays.
 //! - [`preference::Preferences`]: objectives and the preorder on them.
-//! - [`property::Question`]: questions about the paths of a model.
+//! - [`property::PropertyKind`]: questions about the paths of a model.
 //!
 //! ```
 //! use meliora_model::expr::ExprPool;

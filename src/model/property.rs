@@ -84,7 +84,7 @@ pub struct Quantity {
 
 /// The question of a property.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Question {
+pub enum PropertyKind {
     /// A comparison with 0 or 1, which is decided without numbers: the strategies, and the bound on
     /// the probability of the formula under them.
     Qualitative(Strategies, Bound),

@@ -7,7 +7,7 @@ use meliora_base::error::{Error, Result};
 use meliora_base::exact::{Exact, Ratio};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which, deciding, holds};
-use meliora_lang::property::{Inequality, Measure, Optimum, Over, Quantity, Question, Strategies};
+use meliora_lang::property::{Inequality, Measure, Optimum, Over, PropertyKind, Quantity, Strategies};
 use meliora_model::Program;
 use meliora_model::property::Bound as Likely;
 use meliora_quantities::sought::{Compute, Sought, needed};
@@ -49,8 +49,8 @@ impl Asking {
     pub fn needed(&self) -> Vec<Which> {
         match &self.question {
             None => Which::ALL.to_vec(),
-            Some(Question::Qualitative(strategies, bound)) => vec![deciding(*strategies, *bound).0],
-            Some(Question::Quantity(quantity)) => {
+            Some(PropertyKind::Qualitative(strategies, bound)) => vec![deciding(*strategies, *bound).0],
+            Some(PropertyKind::Quantity(quantity)) => {
                 let is_reward = matches!(quantity.measure, Measure::Reward(_));
                 needed(is_reward, quantity.optimum).to_vec()
             }
@@ -64,10 +64,10 @@ impl Asking {
     /// A limit is hit.
     pub fn decided<E: Engine>(&self, engine: &E, known: &Regions<Option<E::States>>) -> Result<Answer> {
         let quantity = match &self.question {
-            Some(Question::Qualitative(strategies, bound)) => {
+            Some(PropertyKind::Qualitative(strategies, bound)) => {
                 return Ok(Answer::of(holds(engine, (*strategies, *bound), known)?));
             }
-            Some(Question::Quantity(quantity)) if quantity.measure == Measure::Probability => quantity,
+            Some(PropertyKind::Quantity(quantity)) if quantity.measure == Measure::Probability => quantity,
             _ => return Ok(Answer::of(None)),
         };
         let (one, zero) = match quantity.optimum {
@@ -99,7 +99,7 @@ impl Asking {
         precision: f64,
     ) -> Result<Answer> {
         let decided = self.decided(engine, regions)?;
-        let Some(Question::Quantity(quantity)) = &self.question else { return Ok(decided) };
+        let Some(PropertyKind::Quantity(quantity)) = &self.question else { return Ok(decided) };
         if decided.value.is_some() {
             return Ok(decided);
         }

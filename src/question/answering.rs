@@ -9,11 +9,11 @@ use ahash::AHashMap;
 use crate::answer::Answer;
 use crate::answers::{Answers, Share};
 use crate::asking::Asking;
-use crate::goal::{Goal, Target};
+use crate::goal::{PathGoal, Target};
 use crate::listener::{Listener, Shares};
 use crate::plan::{Decision, Request};
 use crate::questions::{Options, Questions};
-use crate::regions::Found;
+use crate::regions::KnownRegions;
 use crate::start::check_start;
 use crate::under::Under;
 use crate::warnings::{self, Warning};
@@ -121,7 +121,7 @@ impl<'a> Answering<'a> {
         &self,
         engine: &E,
         requests: &[usize],
-        kept: &mut Option<Found<E::States>>,
+        kept: &mut Option<KnownRegions<E::States>>,
     ) -> Result<Option<E::States>> {
         let all = &self.asked.plan.requests;
         let Some(&first) = requests.first() else {
@@ -143,7 +143,7 @@ impl<'a> Answering<'a> {
     }
 
     /// Counts the states, unless another question has done so.
-    pub(crate) fn counted<E: Engine>(&self, engine: &E, under: &Under<'_, E>, goal: &Goal) -> Result<()> {
+    pub(crate) fn counted<E: Engine>(&self, engine: &E, under: &Under<'_, E>, goal: &PathGoal) -> Result<()> {
         let mut known = false;
         self.listener.update(|r| known = r.counts.is_some());
         if known {
@@ -162,7 +162,7 @@ impl<'a> Answering<'a> {
         &self,
         under: &Under<'_, E>,
         requests: &[usize],
-        kept: &mut Option<Found<E::States>>,
+        kept: &mut Option<KnownRegions<E::States>>,
     ) -> Result<()> {
         let mut groups = groups(under.engine(), self.asked, requests)?;
         if let ([group], true) = (&mut groups[..], self.options.is_one) {

@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::goal::{Goal, Required, Target};
+use crate::goal::{PathGoal, Required, Target};
 use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Which, deciding};
 use meliora_lang::ltl;
-use meliora_lang::property::{Named, Over, Query, Question, Term};
+use meliora_lang::property::{Named, Over, PropertyKind, Query, Term};
 use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
@@ -19,9 +19,9 @@ const OPERATORS: [&str; 12] =
 /// A question about the paths of a model.
 pub struct Asking {
     /// The goal of the paths.
-    pub goal: Goal,
+    pub goal: PathGoal,
     /// The question of a property, for the initial states.
-    pub question: Option<Question>,
+    pub question: Option<PropertyKind>,
     /// For a property of a game, whether each player chooses to make it true.
     pub coalition: Option<Vec<bool>>,
     /// The part of the initial states that the question is about.
@@ -42,7 +42,7 @@ impl Asking {
     /// # Errors
     /// A requirement is wrong; each error has its place.
     pub fn states(program: &Program, target: Predicate, required: &[Required]) -> Result<Self> {
-        Ok(Goal::reach(program, target, required)?.into())
+        Ok(PathGoal::reach(program, target, required)?.into())
     }
 
     /// Reads a property such as `P>=1 [ F x = 3 ]`.
@@ -65,14 +65,14 @@ impl Asking {
         required: &[Required],
     ) -> Result<Self> {
         let goal = match query.path.target() {
-            Some(target) => Goal::reach(program, target, required)?,
-            None => Goal::of(&query.path.over(program), source, &query.path.formula, required)?,
+            Some(target) => PathGoal::reach(program, target, required)?,
+            None => PathGoal::of(&query.path.over(program), source, &query.path.formula, required)?,
         };
         Ok(Asking::of(goal, query))
     }
 
     /// Combines a goal and the question about it.
-    pub(super) fn of(goal: Goal, query: &Query<'_>) -> Self {
+    pub(super) fn of(goal: PathGoal, query: &Query<'_>) -> Self {
         Asking {
             goal,
             question: Some(query.question.clone()),
@@ -93,12 +93,12 @@ impl Asking {
 
     /// Returns whether the answer is a number, or depends on one.
     pub fn asks_for_number(&self) -> bool {
-        matches!(self.question, Some(Question::Quantity(_)))
+        matches!(self.question, Some(PropertyKind::Quantity(_)))
     }
 
     /// Returns the target if the question is whether some strategy reaches it almost surely, or its negation.
     pub fn reached_surely(&self) -> Option<&Predicate> {
-        let Some(Question::Qualitative(strategies, bound)) = &self.question else { return None };
+        let Some(PropertyKind::Qualitative(strategies, bound)) = &self.question else { return None };
         match &self.goal.target {
             Target::States(target) if deciding(*strategies, *bound).0 == Which::PmaxOne => Some(target),
             _ => None,
@@ -108,7 +108,7 @@ impl Asking {
     /// Returns whether the states of the deciding region satisfy the question, and not the others.
     pub fn is_inside(&self) -> bool {
         match &self.question {
-            Some(Question::Qualitative(strategies, bound)) => deciding(*strategies, *bound).1,
+            Some(PropertyKind::Qualitative(strategies, bound)) => deciding(*strategies, *bound).1,
             _ => true,
         }
     }
@@ -121,14 +121,14 @@ impl Asking {
         match Form::of(source) {
             Form::Target => Asking::target(program, source, &[]),
             Form::Property => Asking::property(program, source, &[]),
-            Form::Formula => Ok(Goal::of(program, source, &ltl::parse_formula(source)?, &[])?.into()),
+            Form::Formula => Ok(PathGoal::of(program, source, &ltl::parse_formula(source)?, &[])?.into()),
         }
     }
 }
 
 /// Asks for the regions of a goal.
-impl From<Goal> for Asking {
-    fn from(goal: Goal) -> Self {
+impl From<PathGoal> for Asking {
+    fn from(goal: PathGoal) -> Self {
         Asking { goal, question: None, coalition: None, over: Over::All }
     }
 }

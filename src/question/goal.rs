@@ -18,7 +18,7 @@ use meliora_planning::{RegionSearch, temporal};
 const REQUIREMENT: &str = "require";
 
 /// The goal of the paths, and what every strategy must keep.
-pub struct Goal {
+pub struct PathGoal {
     /// The goal of the paths.
     pub target: Target,
     /// The requirements, as states of the model in which the question is answered.
@@ -46,7 +46,7 @@ pub struct Watched {
 /// A safe formula that every strategy must keep, with its text.
 pub type Required = (Arc<SourceFile>, Formula);
 
-impl Goal {
+impl PathGoal {
     /// Returns the model in which the question is answered: `plain`, or that with monitors.
     pub fn program<'a>(&'a self, plain: &'a Arc<Program>) -> &'a Arc<Program> {
         self.watched.as_ref().map_or(plain, |watched| &watched.program)
@@ -63,18 +63,18 @@ impl Goal {
         required: &[Required],
     ) -> Result<Self> {
         if let Some(target) = formula.known_target() {
-            return Goal::reach(program, program.predicate(target), required);
+            return PathGoal::reach(program, program.predicate(target), required);
         }
         if let Some(target) = formula.reachability() {
             let target = lower_target(program, source, target)?;
-            return Goal::reach(program, target, required);
+            return PathGoal::reach(program, target, required);
         }
         let mut watching = Monitoring::new(program);
         let condition = watching.watch(source, formula, "property")?;
         let requirements = requirements(&mut watching, required)?;
         let watched = Watched::of(watching.finish(Begin::Everywhere)?);
         let of = |id| watched.program.predicate(id);
-        Ok(Goal {
+        Ok(PathGoal {
             target: Target::Formula(condition.map(&of)),
             requirements: requirements.into_iter().map(|r| r.map(&of)).collect(),
             watched: Some(watched),
@@ -96,7 +96,7 @@ impl Goal {
             (Some(watched), predicates)
         };
         let requirements = requirements.into_iter().map(|r| r.map(&|id| predicates.get(id))).collect();
-        Ok(Goal { target: Target::States(target), requirements, watched })
+        Ok(PathGoal { target: Target::States(target), requirements, watched })
     }
 
     /// Returns the conditions of the target and of the requirements; those on marks of monitors, which

@@ -33,7 +33,7 @@ pub mod warnings;
 pub use answer::Answer;
 pub use answers::Answers;
 pub use asking::{Asking, only_query};
-pub use goal::{Goal, Required, Target};
+pub use goal::{PathGoal, Required, Target};
 pub use listener::Listener;
 pub use number::Number;
 pub use questions::{Options, Questions, Strategies, WantedStrategies};

@@ -20,7 +20,7 @@ use crate::race::{Early, Job, Raced, started};
 use crate::strategies;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_engine::{AnyEngine, Engine, Guided, SymbolicEngine};
-use meliora_lang::property::{Over, Question};
+use meliora_lang::property::{Over, PropertyKind};
 use meliora_model::Program;
 use meliora_planning::policy::Policy;
 
@@ -204,7 +204,7 @@ impl<J: Job + Listener> Work<'_, J> {
     fn is_early(&self, request: usize) -> bool {
         let asking = &self.asked.plan.requests[request].asking;
         let holds_or_not =
-            matches!((&asking.question, asking.over), (Some(Question::Qualitative(..)), Over::All));
+            matches!((&asking.question, asking.over), (Some(PropertyKind::Qualitative(..)), Over::All));
         let is_plain = asking.goal.requirements.is_empty() && self.asked.overlap.is_none();
         holds_or_not && is_plain && !self.options.strategies.strong
     }

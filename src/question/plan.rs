@@ -12,14 +12,14 @@ use ahash::AHashMap;
 
 use crate::answer::Answer;
 use crate::asking::Asking;
-use crate::goal::{Goal, Required};
+use crate::goal::{PathGoal, Required};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_base::value::Value;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, deciding};
 use meliora_lang::ast::BinaryOp;
 use meliora_lang::property::term::{FilterFunction, Path, Term, TermKind};
-use meliora_lang::property::{Query, Question};
+use meliora_lang::property::{PropertyKind, Query};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 
@@ -106,7 +106,7 @@ impl Decision {
         let mut decision = Decision { all: answer.holds, none: None, is_lost };
         let initial = engine.initial_states();
         decision.none = match &asking.question {
-            Some(Question::Qualitative(strategies, bound)) => {
+            Some(PropertyKind::Qualitative(strategies, bound)) => {
                 let (which, inside) = deciding(*strategies, *bound);
                 let outside = |region: &E::States| match inside {
                     true => engine.intersection(&initial, region),
@@ -261,7 +261,7 @@ impl<'a> Planner<'a> {
     /// A requirement is wrong, or not a safe formula.
     pub fn new(program: &'a Program, required: &'a [Required], regions: bool) -> Result<Self> {
         let is_plain = required.is_empty()
-            || Goal::reach(program, program.predicate(program.initial), required)?.watched.is_none()
+            || PathGoal::reach(program, program.predicate(program.initial), required)?.watched.is_none()
                 && program.players.is_none();
         let (reaching, watched) = Default::default();
         let plan = Plan { is_required: !required.is_empty(), is_plain, ..Plan::default() };
@@ -358,8 +358,8 @@ impl<'a> Planner<'a> {
     /// model itself does not know the requirements.
     fn can_ask(&self, query: &Query<'_>) -> bool {
         match &query.question {
-            Question::Qualitative(..) => !self.required.is_empty() || !query.path.is_bounded(),
-            Question::Quantity(quantity) => quantity.bound.is_some() && !self.plan.is_plain,
+            PropertyKind::Qualitative(..) => !self.required.is_empty() || !query.path.is_bounded(),
+            PropertyKind::Quantity(quantity) => quantity.bound.is_some() && !self.plan.is_plain,
         }
     }
 

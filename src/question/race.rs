@@ -7,7 +7,7 @@ use crate::start::check_start;
 use meliora_base::error::Result;
 use meliora_base::sync::lock;
 use meliora_engine::{
-    AnyEngine, BySearch, Guided, OverAll, ProgressSink, Question, Racer, Selection, Settings, Storage,
+    AnyEngine, BySearch, Guided, OverAll, ProgressSink, RacedQuestion, Racer, Selection, Settings, Storage,
     SymbolicEngine,
 };
 use meliora_model::Program;
@@ -40,7 +40,7 @@ pub trait Job: Sized + Send + Sync {
     fn take(&self, other: &Self);
 }
 
-/// The ways to answer a question before all states are known; see [`Question`].
+/// The ways to answer a question before all states are known; see [`RacedQuestion`].
 pub struct Early<'q, T> {
     /// Over all valuations.
     pub everywhere: Option<OverAll<'q, T>>,
@@ -103,7 +103,7 @@ impl<J: Job, T: Send> Raced<'_, J, T> {
             lock(&jobs).insert(way, own);
             sink
         };
-        let question = Question {
+        let question = RacedQuestion {
             by_states: &by_states,
             everywhere: everywhere.as_ref().map(|ask| ask as _),
             guided: guided.as_ref().map(|(target, ask)| (*target, ask as _)),

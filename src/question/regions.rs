@@ -13,7 +13,7 @@ use meliora_engine::{Settings, Storage, SymbolicEngine};
 use meliora_model::Program;
 
 /// The regions that were computed, by the requests that need them.
-pub type Found<S> = Vec<(usize, Which, S)>;
+pub type KnownRegions<S> = Vec<(usize, Which, S)>;
 
 /// The result for a property.
 pub enum Part {
@@ -30,7 +30,7 @@ pub struct Computed {
     /// The properties by their places in the plan.
     pub parts: Vec<(usize, Part)>,
     /// The regions of the requests.
-    pub regions: Found<StateSet>,
+    pub regions: KnownRegions<StateSet>,
     /// The states from which no strategy keeps the requirements; `None` without requirements.
     pub unsafe_states: Option<StateSet>,
 }

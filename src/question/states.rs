@@ -6,8 +6,8 @@ use ahash::AHashMap;
 
 use crate::answering::Answering;
 use crate::answers::ListedState;
-use crate::evaluate::{Build, Evaluator, Found, Mix, Model, Number, StateValue};
-use crate::goal::Goal;
+use crate::evaluate::{Build, Evaluator, Mix, Model, Number, PropertyResult, StateValue};
+use crate::goal::PathGoal;
 use crate::listener::Shares;
 use crate::under::Under;
 use crate::warnings::Warning;
@@ -96,7 +96,7 @@ impl Answering<'_> {
         if !self.asked.plan.is_plain {
             return properties.iter().try_for_each(|&at| self.refuse_mixed(at));
         }
-        let goal = Goal::reach(program, program.predicate(program.initial), &self.asked.required)?;
+        let goal = PathGoal::reach(program, program.predicate(program.initial), &self.asked.required)?;
         let under = Under::new(&**engine, program, &goal)?;
         self.counted(&**engine, &under, &goal)?;
         let model = Model::new(under.engine(), program, build, self.options.precision);
@@ -167,7 +167,7 @@ impl Answering<'_> {
     }
 
     /// Adds the answer to a property to the report.
-    fn found<E: Engine>(&self, position: usize, engine: &E, found: Found<E::States>) -> Result<()> {
+    fn found<E: Engine>(&self, position: usize, engine: &E, found: PropertyResult<E::States>) -> Result<()> {
         for (which, states) in &found.regions {
             self.size(engine, &[position], (*which, states))?;
         }

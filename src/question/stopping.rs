@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::asking::{Asking, Form, only_query};
-use crate::goal::Goal;
+use crate::goal::PathGoal;
 use crate::list;
 use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_lang::ltl::{self, Formula, Stopped};
@@ -76,7 +76,7 @@ impl Stopping {
         query: Option<&Query<'_>>,
     ) -> Result<Self> {
         let Stopped { program, formula } = Stopped::new(program, source, formula)?;
-        let goal = Goal::of(&program, source, &formula, &[])?;
+        let goal = PathGoal::of(&program, source, &formula, &[])?;
         let asking = match query {
             Some(query) => Asking::of(goal, query),
             None => goal.into(),

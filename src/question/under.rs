@@ -5,14 +5,14 @@ use std::sync::Arc;
 use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_engine::regions::Regions;
-use meliora_lang::property::Question;
+use meliora_lang::property::PropertyKind;
 use meliora_model::Program;
 use meliora_planning::Requirements;
 use meliora_planning::result::{Escape, ModelCounts};
 
 use crate::answer::Answer;
 use crate::asking::Asking;
-use crate::goal::Goal;
+use crate::goal::PathGoal;
 
 /// The reason why a quantity has no value.
 const UNSAFE: &str = "no strategy keeps the requirements from some initial state";
@@ -26,11 +26,11 @@ pub struct Under<'a, E: Engine> {
 }
 
 impl<'a, E: Engine> Under<'a, E> {
-    /// Restricts a model by the requirements of a goal; `engine` is that of [`Goal::program`].
+    /// Restricts a model by the requirements of a goal; `engine` is that of [`PathGoal::program`].
     ///
     /// # Errors
     /// A limit is reached, or a requirement has no value in some state.
-    pub fn new(engine: &'a E, model: &Arc<Program>, goal: &Goal) -> Result<Self> {
+    pub fn new(engine: &'a E, model: &Arc<Program>, goal: &PathGoal) -> Result<Self> {
         let restricted = Requirements::restrict(engine, &goal.requirements)?;
         let mut escape = None;
         if let Some((_, requirements)) = &restricted {
@@ -56,7 +56,7 @@ impl<'a, E: Engine> Under<'a, E> {
     ///
     /// # Errors
     /// A limit is reached.
-    pub fn counts(&self, goal: &Goal) -> Result<ModelCounts> {
+    pub fn counts(&self, goal: &PathGoal) -> Result<ModelCounts> {
         let judged = goal.judged(self.whole)?;
         let unsafe_states = match &self.restricted {
             None => None,
@@ -96,9 +96,9 @@ impl<'a, E: Engine> Under<'a, E> {
 
     /// Returns the answer to a property if no strategy keeps the requirements initially.
     fn unsafe_answer(&self, asking: &Asking) -> Option<Answer> {
-        let asks_for_value = |question: &Question| match question {
-            Question::Qualitative(..) => false,
-            Question::Quantity(quantity) => quantity.bound.is_none(),
+        let asks_for_value = |question: &PropertyKind| match question {
+            PropertyKind::Qualitative(..) => false,
+            PropertyKind::Quantity(quantity) => quantity.bound.is_none(),
         };
         match &asking.question {
             None => self.escape.as_ref().map(|_| Answer::of(None)),

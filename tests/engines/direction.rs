@@ -6,7 +6,7 @@ use std::sync::Arc;
 use meliora::advanced::symbolic::Thresholds;
 use meliora::engine::regions::{self, Which, regions};
 use meliora::engine::{
-    Algebra, AnyEngine, Engine, ExplicitEngine, Guided, Question, Racer, Scope, Selection, Settings,
+    Algebra, AnyEngine, Engine, ExplicitEngine, Guided, RacedQuestion, Racer, Scope, Selection, Settings,
     SymbolicEngine,
 };
 use meliora::error::{Error, Result};
@@ -63,8 +63,11 @@ fn is_sure_in_turns(program: &Arc<Program>, target: &Predicate, settings: Settin
     let by_states = |_: &Racer, engine: AnyEngine| Ok((is_sure(&engine, target)?, By::States));
     let judge = |engine: &SymbolicEngine| Ok((is_sure(engine, target)?, By::Everywhere));
     let searched = |search: Guided| Ok((search.answer() == Some(true), By::Guided));
-    let question =
-        Question { everywhere: Some(&judge), guided: Some((target, &searched)), ..Question::of(&by_states) };
+    let question = RacedQuestion {
+        everywhere: Some(&judge),
+        guided: Some((target, &searched)),
+        ..RacedQuestion::of(&by_states)
+    };
     Selection::open().answer(program, settings, &question)
 }
 
@@ -76,7 +79,7 @@ fn decided(
 ) -> Result<(Vec<Vec<State>>, By, Selection)> {
     let by_states = |_: &Racer, engine: AnyEngine| Ok((initial(&engine, target)?, By::States));
     let judge = |engine: &SymbolicEngine| Ok((initial(engine, target)?, By::Everywhere));
-    let question = Question { everywhere: Some(&judge), ..Question::of(&by_states) };
+    let question = RacedQuestion { everywhere: Some(&judge), ..RacedQuestion::of(&by_states) };
     let mut selection = Selection::open();
     let (found, by) = selection.answer(program, settings, &question)?;
     Ok((found, by, selection))

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meliora::advanced::lang::property::{
-    Bound, Inequality, Measure, Named, Optimum, Question, Rewards, Strategies,
+    Bound, Inequality, Measure, Named, Optimum, PropertyKind, Rewards, Strategies,
 };
 use meliora::engine::ExplicitEngine;
 use meliora::engine::SymbolicEngine;
@@ -270,7 +270,7 @@ fn a_state_takes_what_is_left_out_from_the_initial_state() {
 }
 
 /// Returns the question of a property that is one operator, for a model of one strategy.
-fn question(text: &str) -> Question {
+fn question(text: &str) -> PropertyKind {
     let model =
         "dtmc module m x : [0..1]; endmodule label \"done\" = x=1; rewards \"cost\" true : 1; endrewards
         rewards true : 2; endrewards";
@@ -283,8 +283,8 @@ fn question(text: &str) -> Question {
 #[test]
 fn properties_speak_of_all_or_some_strategies() {
     let of = |text: &str| match question(text) {
-        Question::Qualitative(strategies, bound) => (strategies, bound),
-        Question::Quantity(quantity) => panic!("{quantity:?}"),
+        PropertyKind::Qualitative(strategies, bound) => (strategies, bound),
+        PropertyKind::Quantity(quantity) => panic!("{quantity:?}"),
     };
     assert_eq!(of("P>=1 [ F \"done\" ]"), (Strategies::All, Bound::One));
     assert_eq!(of("P>0 [ F x=1 ]"), (Strategies::All, Bound::Positive));
@@ -300,7 +300,7 @@ fn properties_speak_of_all_or_some_strategies() {
 #[test]
 fn properties_ask_for_probabilities_and_rewards() {
     let of = |text: &str| match question(text) {
-        Question::Quantity(q) => (q.measure, q.optimum, q.bound),
+        PropertyKind::Quantity(q) => (q.measure, q.optimum, q.bound),
         qualitative => panic!("{qualitative:?}"),
     };
     let ratio = |n: i64, d: i64| Ratio::new(n.into(), d.into());

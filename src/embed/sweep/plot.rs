@@ -15,7 +15,7 @@ pub fn plot(ranges: &[Range], columns: &Columns, rows: &Rows) -> Option<Plot> {
     let constant = ranges.iter().position(|range| range.varies)?;
     let curves = curves(ranges, constant, rows);
     let titles: Vec<&str> = columns.names().collect();
-    let curve = |found: &Found<'_>, column: usize| Curve {
+    let curve = |found: &CurveRows<'_>, column: usize| Curve {
         name: found.name.clone(),
         points: found.rows.iter().filter_map(|(at, cells)| point(*at, &cells[column])).collect(),
     };
@@ -29,8 +29,8 @@ pub fn plot(ranges: &[Range], columns: &Columns, rows: &Rows) -> Option<Plot> {
 }
 
 /// Groups the rows by the values of the other constants, in the order of the instances.
-fn curves<'r>(ranges: &[Range], constant: usize, rows: &'r Rows) -> Vec<Found<'r>> {
-    let mut curves: Vec<Found<'_>> = Vec::new();
+fn curves<'r>(ranges: &[Range], constant: usize, rows: &'r Rows) -> Vec<CurveRows<'r>> {
+    let mut curves: Vec<CurveRows<'_>> = Vec::new();
     for (&position, cells) in rows {
         let values = instance(ranges, position);
         let others = ranges.iter().zip(&values).enumerate();
@@ -41,7 +41,7 @@ fn curves<'r>(ranges: &[Range], constant: usize, rows: &'r Rows) -> Vec<Found<'r
         let at = known.position(|value| *value == values[constant]).unwrap_or(0);
         match curves.iter_mut().find(|found| found.name == name) {
             Some(found) => found.rows.push((at, cells)),
-            None => curves.push(Found { name, rows: vec![(at, cells)] }),
+            None => curves.push(CurveRows { name, rows: vec![(at, cells)] }),
         }
     }
     curves.iter_mut().for_each(|found| found.rows.sort_by_key(|(at, _)| *at));
@@ -49,7 +49,7 @@ fn curves<'r>(ranges: &[Range], constant: usize, rows: &'r Rows) -> Vec<Found<'r
 }
 
 /// The rows with the same values of the other constants.
-struct Found<'a> {
+struct CurveRows<'a> {
     name: String,
     /// The cells, each with the position of the value of the constant.
     rows: Vec<(usize, &'a [String])>,

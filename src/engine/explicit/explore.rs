@@ -70,7 +70,7 @@ pub(super) struct Explored {
 /// An exploration.
 pub(super) struct Exploration {
     pub(super) task: Task,
-    found: Found,
+    found: Frontier,
 }
 
 /// The input of an exploration.
@@ -165,7 +165,7 @@ impl Task {
         self.layout.words()
     }
 
-    fn explore<const W: usize>(&self, found: &mut Found) -> Result<()> {
+    fn explore<const W: usize>(&self, found: &mut Frontier) -> Result<()> {
         let mut stepper = Stepper::new(&self.prepared);
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
@@ -182,7 +182,7 @@ impl Task {
         self.report(found)
     }
 
-    fn start(&self) -> Result<Found> {
+    fn start(&self) -> Result<Frontier> {
         let (space, search) = match self.layout.valuations() {
             Some(n) => (Space::Every(n as usize), None),
             None => {
@@ -191,7 +191,7 @@ impl Task {
             }
         };
         let begin = self.program.monitors.as_ref().map(|o| o.begin);
-        Ok(Found {
+        Ok(Frontier {
             restarts: begin == Some(Begin::Everywhere) && search.is_some(),
             search,
             started: space.len(),
@@ -222,7 +222,7 @@ impl Task {
     #[inline]
     fn look<const W: usize>(
         &self,
-        found: &mut Found,
+        found: &mut Frontier,
         stepper: &mut Stepper<'_, W>,
         code: &[u64; W],
     ) -> Result<()> {
@@ -246,8 +246,8 @@ impl Task {
         Ok(())
     }
 
-    fn finish(&self, found: Found) -> Explored {
-        let Found {
+    fn finish(&self, found: Frontier) -> Explored {
+        let Frontier {
             mut space, mut graph, mut initial, deadlocks, drawing, rounded, started, players, ..
         } = found;
         if let Space::Indexed(index) = &mut space {
@@ -278,7 +278,7 @@ impl Task {
     }
 
     /// Searches for the initial states.
-    fn begin<const W: usize>(&self, found: &mut Found) -> Result<()> {
+    fn begin<const W: usize>(&self, found: &mut Frontier) -> Result<()> {
         let Some(mut beginning) = found.search.take() else { return Ok(()) };
         let Beginning { search, codes } = &mut *beginning;
         search.run(u64::MAX, &*self.settings.sink, &mut |state| {
@@ -298,7 +298,7 @@ impl Task {
         Ok(())
     }
 
-    fn report(&self, found: &mut Found) -> Result<()> {
+    fn report(&self, found: &mut Frontier) -> Result<()> {
         let explored = found.next;
         // In the scope `all` every valuation is a state, so the explored states are reported.
         let reached = if matches!(found.space, Space::Every(_)) { explored } else { found.space.len() };
@@ -336,7 +336,7 @@ struct Beginning {
 }
 
 /// The states found so far, and the next one to explore.
-struct Found {
+struct Frontier {
     /// The search for the initial states, until all are found.
     search: Option<Box<Beginning>>,
     space: Space,
@@ -358,7 +358,7 @@ struct Found {
     players: Option<PlayersFound>,
 }
 
-impl Found {
+impl Frontier {
     /// Begins with the states of these codes.
     fn start<const W: usize>(&mut self, codes: impl Iterator<Item = [u64; W]>) -> Result<()> {
         for code in codes {

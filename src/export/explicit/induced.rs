@@ -43,7 +43,7 @@ pub fn induced<E: Engine>(
     if !unfolded.complete {
         fits(limit, limit)?;
     }
-    let mut found = Found::from(starts.len());
+    let mut found = KeyIndex::from(starts.len());
     let mut rows = Vec::new();
     // States are numbered, and expanded, in the order in which they are found.
     while let Some(&key) = found.keys.get(rows.len()) {
@@ -69,16 +69,16 @@ fn owners(players: &meliora_model::players::Players, unfolded: &InducedModel, ke
 }
 
 /// The states found so far.
-struct Found {
+struct KeyIndex {
     keys: Vec<Key>,
     index: AHashMap<Key, usize>,
 }
 
-impl Found {
+impl KeyIndex {
     fn from(starts: usize) -> Self {
         let keys: Vec<Key> = (0..starts).map(|node| (node, false)).collect();
         let index = keys.iter().copied().zip(0..).collect();
-        Found { keys, index }
+        KeyIndex { keys, index }
     }
 
     fn number(&mut self, key: Key) -> usize {
@@ -90,7 +90,7 @@ impl Found {
 }
 
 /// Returns the choices of the strategy in a state; a self-loop if it has none.
-fn choices(unfolded: &InducedModel, (node, _): Key, number: usize, found: &mut Found) -> Vec<Row> {
+fn choices(unfolded: &InducedModel, (node, _): Key, number: usize, found: &mut KeyIndex) -> Vec<Row> {
     let node = &unfolded.nodes[node];
     let mut rows = Vec::new();
     for (action, next) in node.at.actions.iter().zip(&node.next) {

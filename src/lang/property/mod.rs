@@ -24,7 +24,7 @@ use meliora_base::progress::NoProgress;
 pub use meliora_model::Optimum;
 use meliora_model::Program;
 pub use meliora_model::property::{
-    Bound, Inequality, Measure, Over, Quantity, Question, Rewards, Strategies,
+    Bound, Inequality, Measure, Over, PropertyKind, Quantity, Rewards, Strategies,
 };
 pub(crate) use operators::Extreme;
 use operators::NAMED;

@@ -5,7 +5,7 @@ use num_traits::{One, Zero};
 
 use super::operators::Extreme;
 use super::term::{self, Accumulated, FilterFunction, Measured, Path, Term, TermKind};
-use super::{Bound, Inequality, Measure, Optimum, Over, Quantity, Question, Strategies};
+use super::{Bound, Inequality, Measure, Optimum, Over, PropertyKind, Quantity, Strategies};
 use meliora_base::exact::Ratio;
 use meliora_model::Program;
 
@@ -14,7 +14,7 @@ use meliora_model::Program;
 #[derive(Debug, Clone)]
 pub struct Query<'t> {
     /// The question about the formula.
-    pub question: Question,
+    pub question: PropertyKind,
     /// The formula.
     pub path: &'t Path,
     /// The players of a game who choose to make the property true, as an entry per player.
@@ -26,7 +26,7 @@ pub struct Query<'t> {
 impl Query<'_> {
     /// Returns whether the answer is a number, or depends on one.
     pub fn asks_for_number(&self) -> bool {
-        matches!(self.question, Question::Quantity(_))
+        matches!(self.question, PropertyKind::Quantity(_))
     }
 }
 
@@ -71,16 +71,20 @@ pub(super) fn optimum(extreme: Extreme, bound: Option<Inequality>, some: bool) -
 }
 
 /// Returns the question of an operator: one without numbers if the bound is 0 or 1.
-pub(super) fn question(measure: Measure, optimum: Optimum, bound: Option<(Inequality, Ratio)>) -> Question {
+pub(super) fn question(
+    measure: Measure,
+    optimum: Optimum,
+    bound: Option<(Inequality, Ratio)>,
+) -> PropertyKind {
     let (Measure::Probability, Some((comparison, value))) = (&measure, &bound) else {
-        return Question::Quantity(Quantity { measure, optimum, bound });
+        return PropertyKind::Quantity(Quantity { measure, optimum, bound });
     };
     let qualitative = match comparison {
         Inequality::Ge if value.is_one() => Bound::One,
         Inequality::Gt if value.is_zero() => Bound::Positive,
         Inequality::Lt if value.is_one() => Bound::BelowOne,
         Inequality::Le if value.is_zero() => Bound::Zero,
-        _ => return Question::Quantity(Quantity { measure, optimum, bound }),
+        _ => return PropertyKind::Quantity(Quantity { measure, optimum, bound }),
     };
     // The minimum is at least b if the probability of every strategy is; the maximum, if that of
     // some strategy is.
@@ -90,7 +94,7 @@ pub(super) fn question(measure: Measure, optimum: Optimum, bound: Option<(Inequa
         Optimum::Min if !from_below => Strategies::Some,
         _ => Strategies::All,
     };
-    Question::Qualitative(strategies, qualitative)
+    PropertyKind::Qualitative(strategies, qualitative)
 }
 
 impl Measured {
@@ -123,8 +127,8 @@ impl Measured {
     /// Returns the question of a bound on a probability that is decided without numbers.
     pub fn qualitative(&self) -> Option<(Strategies, Bound)> {
         match question(Measure::Probability, self.optimum, self.bound.clone()) {
-            Question::Qualitative(strategies, bound) => Some((strategies, bound)),
-            Question::Quantity(_) => None,
+            PropertyKind::Qualitative(strategies, bound) => Some((strategies, bound)),
+            PropertyKind::Quantity(_) => None,
         }
     }
 }

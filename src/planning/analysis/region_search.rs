@@ -14,7 +14,7 @@ use meliora_model::temporal::Condition;
 /// In a Markov chain, Pmin = Pmax, so a region of Pmin is that of Pmax.
 pub struct RegionSearch<'a, E: Engine> {
     engine: &'a E,
-    goal: Goal<'a, E>,
+    goal: SearchGoal<'a, E>,
     known: Regions<Option<E::States>>,
     /// The states from which the condition can be kept, if they are known.
     secured: Option<E::States>,
@@ -22,7 +22,7 @@ pub struct RegionSearch<'a, E: Engine> {
     against: Option<E::States>,
 }
 
-enum Goal<'a, E: Engine> {
+enum SearchGoal<'a, E: Engine> {
     Target(E::States),
     Condition(&'a Condition),
 }
@@ -30,15 +30,15 @@ enum Goal<'a, E: Engine> {
 impl<'a, E: Engine> RegionSearch<'a, E> {
     /// Begins the search for regions of a target. Cost: no image.
     pub fn of_target(engine: &'a E, target: E::States) -> Self {
-        RegionSearch::new(engine, Goal::Target(target))
+        RegionSearch::new(engine, SearchGoal::Target(target))
     }
 
     /// Begins the search for regions of a condition on the product. Cost: no image.
     pub fn of_condition(engine: &'a E, condition: &'a Condition) -> Self {
-        RegionSearch::new(engine, Goal::Condition(condition))
+        RegionSearch::new(engine, SearchGoal::Condition(condition))
     }
 
-    fn new(engine: &'a E, goal: Goal<'a, E>) -> Self {
+    fn new(engine: &'a E, goal: SearchGoal<'a, E>) -> Self {
         RegionSearch { engine, goal, known: Regions::default(), secured: None, against: None }
     }
 
@@ -59,11 +59,11 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
         match (which, &self.goal) {
             (Which::PminPositive, _) if self.engine.is_markov_chain() => Some(Which::PmaxPositive),
             (Which::PminOne, _) if self.engine.is_markov_chain() => Some(Which::PmaxOne),
-            (Which::PminOne, Goal::Target(_)) => Some(Which::PminPositive),
+            (Which::PminOne, SearchGoal::Target(_)) => Some(Which::PminPositive),
             // In a game, each region is computed alone.
-            (_, Goal::Condition(_)) if self.engine.theirs().is_some() => None,
-            (Which::PmaxOne, Goal::Condition(_)) => Some(Which::PmaxPositive),
-            (Which::PminPositive, Goal::Condition(_)) => Some(Which::PminOne),
+            (_, SearchGoal::Condition(_)) if self.engine.theirs().is_some() => None,
+            (Which::PmaxOne, SearchGoal::Condition(_)) => Some(Which::PmaxPositive),
+            (Which::PminPositive, SearchGoal::Condition(_)) => Some(Which::PminOne),
             _ => None,
         }
     }
@@ -75,8 +75,8 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
     /// A limit of the engine is reached, or a state formula has no value.
     pub fn goal(&mut self) -> Result<E::States> {
         match &self.goal {
-            Goal::Target(target) => Ok(target.clone()),
-            &Goal::Condition(condition) => self.secured(condition),
+            SearchGoal::Target(target) => Ok(target.clone()),
+            &SearchGoal::Condition(condition) => self.secured(condition),
         }
     }
 
@@ -113,8 +113,8 @@ impl<'a, E: Engine> RegionSearch<'a, E> {
         let found = match (which, &self.goal) {
             (Which::PminPositive, _) if self.engine.is_markov_chain() => self.region(Which::PmaxPositive)?,
             (Which::PminOne, _) if self.engine.is_markov_chain() => self.region(Which::PmaxOne)?,
-            (_, Goal::Target(_)) => self.region_of_target(which)?,
-            (_, &Goal::Condition(condition)) => self.region_of_condition(which, condition)?,
+            (_, SearchGoal::Target(_)) => self.region_of_target(which)?,
+            (_, &SearchGoal::Condition(condition)) => self.region_of_condition(which, condition)?,
         };
         *self.known.get_mut(which) = Some(found.clone());
         Ok(found)

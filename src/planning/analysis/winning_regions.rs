@@ -58,7 +58,7 @@ impl<E: Engine> Clone for Sought<E> {
 }
 
 /// The results for one objective so far.
-struct Found<E: Engine> {
+struct ObjectiveResult<E: Engine> {
     regions: Option<ObjectiveRegions<E>>,
     counts: Option<RegionCounts>,
 }
@@ -71,7 +71,7 @@ pub struct WinningRegions<E: Engine> {
     goals: Vec<Sought<E>>,
     /// The objectives in the order of their computation.
     order: Vec<usize>,
-    known: Vec<Found<E>>,
+    known: Vec<ObjectiveResult<E>>,
 }
 
 impl<E: Engine> WinningRegions<E> {
@@ -83,7 +83,7 @@ impl<E: Engine> WinningRegions<E> {
         let sizes = goals.iter().map(|goal| engine.count(&goal.target)).collect::<Result<Vec<Count>>>()?;
         let mut order: Vec<usize> = (0..goals.len()).collect();
         order.sort_by(|&i, &j| sizes[j].cmp(&sizes[i]).then(i.cmp(&j)));
-        let known = goals.iter().map(|_| Found { regions: None, counts: None }).collect();
+        let known = goals.iter().map(|_| ObjectiveResult { regions: None, counts: None }).collect();
         Ok(WinningRegions { goals, order, known })
     }
 

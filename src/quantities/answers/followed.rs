@@ -10,7 +10,7 @@ use meliora_model::Optimum;
 use num_traits::ToPrimitive;
 
 use crate::equations::arena::Arena;
-use crate::equations::game_graph::{GameGraph, Goal, Rewards};
+use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number, Weight};
 use crate::path_values::Value;
@@ -153,7 +153,7 @@ impl<'a> Followed<'a> {
     fn found<N: Number>(&self, counted: Counted<'_>) -> Result<Vector<N>> {
         let (mut meter, all) = (self.arena.meter(), self.all(true));
         let reach = |target: &BitVec, left: &BitVec, collected: Collected<'_>, meter: &mut Meter<'_>| {
-            let goal = Goal::all(Optimum::Max);
+            let goal = Extremes::all(Optimum::Max);
             Reaching { game: &self.chain, target, left, collected, goal }.values::<N>(meter)
         };
         match counted {
@@ -176,7 +176,7 @@ impl<'a> Followed<'a> {
             }
             Counted::Within(rewards, steps) => {
                 let rewards = self.rewards(rewards);
-                let goal = Goal::all(Optimum::Max);
+                let goal = Extremes::all(Optimum::Max);
                 let back = Back::<N>::new(&self.chain, goal, Some(&rewards), &mut meter)?;
                 let nothing = vec![N::zero(); self.nodes.len()];
                 let values = back.steps(nothing, u64::from(steps), &mut meter, |_, best| best())?;

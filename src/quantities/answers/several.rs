@@ -166,7 +166,7 @@ struct Search {
 }
 
 /// The result of a search for a separation.
-enum Found {
+enum Separation {
     /// Some strategy reaches the bounds.
     Inside,
     /// The weights and the greatest weighted sum that show that no strategy does.
@@ -219,47 +219,47 @@ impl Search {
     }
 
     /// Finds out whether some strategy reaches all bounds.
-    fn locate(&mut self, bounds: &[Ratio], meter: &mut Meter<'_>) -> Result<Found> {
+    fn locate(&mut self, bounds: &[Ratio], meter: &mut Meter<'_>) -> Result<Separation> {
         let n = bounds.len();
         if self.points.is_empty() {
             let equal = self.usable(&vec![Ratio::new(1.into(), n.into()); n]);
             let point = self.point(&equal, meter)?;
             if rate(&equal, bounds) > point.most {
-                return Ok(Found::Outside(equal, point.most));
+                return Ok(Separation::Outside(equal, point.most));
             }
         }
         loop {
             let (t, weights) = separated(bounds, &self.points);
             if !t.is_positive() {
-                return Ok(Found::Inside);
+                return Ok(Separation::Inside);
             }
             let weights = self.usable(&weights);
             let known = self.known(&weights);
             let point = self.point(&weights, meter)?;
             if rate(&weights, bounds) > point.most {
-                return Ok(Found::Outside(weights, point.most));
+                return Ok(Separation::Outside(weights, point.most));
             }
             if rate(&weights, &point.gains) <= known {
-                return Ok(Found::Border);
+                return Ok(Separation::Border);
             }
         }
     }
 
     fn achievable(&mut self, bounds: &[Ratio], meter: &mut Meter<'_>) -> Result<Several> {
         let found = match self.locate(bounds, meter)? {
-            Found::Border if !self.exact => {
+            Separation::Border if !self.exact => {
                 self.be_exact();
                 self.locate(bounds, meter)?
             }
             found => found,
         };
-        if matches!(found, Found::Inside) {
+        if matches!(found, Separation::Inside) {
             self.show(bounds);
         }
         Ok(Several::Achievable(match found {
-            Found::Inside => Some(true),
-            Found::Outside(..) => Some(false),
-            Found::Border => None,
+            Separation::Inside => Some(true),
+            Separation::Outside(..) => Some(false),
+            Separation::Border => None,
         }))
     }
 
@@ -277,13 +277,13 @@ impl Search {
         let width = Ratio::from_float(precision).unwrap_or_default();
         loop {
             match self.locate(&bounds, meter)? {
-                Found::Inside => break,
-                Found::Outside(weights, most) if weights[at].is_positive() => {
+                Separation::Inside => break,
+                Separation::Outside(weights, most) if weights[at].is_positive() => {
                     let others = rate(&weights, &bounds) - &weights[at] * &bounds[at];
                     bounds[at] = (most - others) / &weights[at];
                 }
-                Found::Outside(..) => return Ok(Several::Best(None)),
-                Found::Border => break,
+                Separation::Outside(..) => return Ok(Several::Best(None)),
+                Separation::Border => break,
             }
         }
         let upper = bounds[at].clone();

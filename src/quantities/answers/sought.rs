@@ -2,7 +2,7 @@
 
 use crate::answers::path_values::{Answer, Paths, Value, Wanted};
 use crate::answers::vector::{self, Accumulation, Until};
-use crate::equations::arena::{Arena, Goal};
+use crate::equations::arena::{Arena, Extremes};
 use crate::equations::cost::{Earned, check_rewards};
 use meliora_base::error::{Limit, Result};
 use meliora_engine::Engine;
@@ -98,7 +98,7 @@ impl<S> Sought<'_, S> {
         regions: &Regions<Option<S>>,
         states: &[State],
     ) -> Result<Compute<'e>> {
-        let (arena, goal) = (Arena::new(engine, program)?, Goal::against(optimum));
+        let (arena, goal) = (Arena::new(engine, program)?, Extremes::against(optimum));
         let numbers: Vec<usize> = states.iter().map(|state| arena.number(state)).collect();
         let selected = move |found: Answer| {
             let values = numbers.iter().map(|state| found.values[*state].clone()).collect();

@@ -5,7 +5,7 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::arena::{Arena, Goal, Rewards};
+use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
 use crate::path_values::{Answer, Value};
@@ -50,7 +50,7 @@ pub enum Accumulation {
 ///
 /// # Errors
 /// A limit is reached before anything is known.
-pub fn probability(arena: &Arena<'_>, until: &Until, goal: Goal, precision: f64) -> Result<Answer> {
+pub fn probability(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Answer> {
     answer(
         precision,
         1.0,
@@ -63,8 +63,8 @@ pub fn probability(arena: &Arena<'_>, until: &Until, goal: Goal, precision: f64)
 ///
 /// # Errors
 /// A limit is reached.
-pub fn next(arena: &Arena<'_>, set: &BitVec, goal: Goal, precision: f64) -> Result<Answer> {
-    fn found<N: Number>(arena: &Arena<'_>, set: &BitVec, goal: Goal) -> Result<Vector<N>> {
+pub fn next(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64) -> Result<Answer> {
+    fn found<N: Number>(arena: &Arena<'_>, set: &BitVec, goal: Extremes) -> Result<Vector<N>> {
         let mut meter = arena.meter();
         let x = indicator(set);
         let back = Back::new(arena, goal, None, &mut meter)?;
@@ -81,7 +81,7 @@ pub fn reward(
     arena: &Arena<'_>,
     rewards: &Rewards,
     accumulation: &Accumulation,
-    goal: Goal,
+    goal: Extremes,
     precision: f64,
 ) -> Result<Answer> {
     let near = || reward_of::<Interval>(arena, rewards, accumulation, goal);
@@ -92,7 +92,7 @@ pub fn reward(
 ///
 /// # Errors
 /// Players look for different extremes; a limit is reached before anything is known.
-pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Goal, precision: f64) -> Result<Answer> {
+pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64) -> Result<Answer> {
     let rewards = Rewards::of_set(arena, set);
     let mut found = reward(arena, &rewards, &Accumulation::LongRun, goal, precision)?;
     for value in &mut found.values {
@@ -149,7 +149,7 @@ fn indicator<N: Number>(set: &BitVec) -> Vec<N> {
     set.iter().map(|inside| if *inside { N::one() } else { N::zero() }).collect()
 }
 
-fn until_of<N: Number>(arena: &Arena<'_>, until: &Until, goal: Goal) -> Result<Vector<N>> {
+fn until_of<N: Number>(arena: &Arena<'_>, until: &Until, goal: Extremes) -> Result<Vector<N>> {
     let mut meter = arena.meter();
     let Until { left, right, least, most } = until;
     meter.take(2 * N::BYTES * arena.states())?;
@@ -179,7 +179,7 @@ fn reward_of<N: Number>(
     arena: &Arena<'_>,
     rewards: &Rewards,
     accumulation: &Accumulation,
-    goal: Goal,
+    goal: Extremes,
 ) -> Result<Vector<N>> {
     let mut meter = arena.meter();
     meter.take(2 * N::BYTES * arena.states())?;

@@ -15,7 +15,7 @@ use num_traits::Zero;
 
 use super::codes::Codes;
 use super::cost::check_rewards;
-pub use super::game_graph::{GameGraph, Goal, Rewards};
+pub use super::game_graph::{Extremes, GameGraph, Rewards};
 use super::graph::Graph;
 use super::meter::Meter;
 use super::narrow::Narrow;

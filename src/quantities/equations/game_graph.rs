@@ -50,27 +50,27 @@ impl Edge {
 
 /// The extremes that the players of a game look for; without a game, ours counts alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Goal {
+pub struct Extremes {
     /// The extreme of our states.
     pub ours: Optimum,
     /// The extreme of those of the opponent.
     pub theirs: Optimum,
 }
 
-impl Goal {
+impl Extremes {
     /// All choices look for the same extreme.
     pub fn all(optimum: Optimum) -> Self {
-        Goal { ours: optimum, theirs: optimum }
+        Extremes { ours: optimum, theirs: optimum }
     }
 
     /// We look for an extreme against an opponent who looks for the other one.
     pub fn against(ours: Optimum) -> Self {
-        Goal { ours, theirs: opposite(ours) }
+        Extremes { ours, theirs: opposite(ours) }
     }
 
     /// Returns the goal with both extremes exchanged: that of 1 minus a probability.
     pub fn opposite(self) -> Self {
-        Goal { ours: opposite(self.ours), theirs: opposite(self.theirs) }
+        Extremes { ours: opposite(self.ours), theirs: opposite(self.theirs) }
     }
 }
 
@@ -98,7 +98,7 @@ impl GameGraph {
     }
 
     /// Returns the states in which the greatest value is looked for.
-    pub(crate) fn maximisers(&self, goal: Goal) -> BitVec {
+    pub(crate) fn maximisers(&self, goal: Extremes) -> BitVec {
         let ours = goal.ours == Optimum::Max;
         match &self.theirs {
             Some(theirs) if goal.ours != goal.theirs => theirs.iter().map(|theirs| *theirs != ours).collect(),

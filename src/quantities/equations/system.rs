@@ -7,7 +7,7 @@ use std::fmt;
 
 use bitvec::vec::BitVec;
 
-use crate::equations::game_graph::{Edge, GameGraph, Goal, LOST, Rewards};
+use crate::equations::game_graph::{Edge, Extremes, GameGraph, LOST, Rewards};
 use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
@@ -127,7 +127,7 @@ pub(crate) struct Gains<'a, N> {
 pub(crate) struct System<'a, N> {
     pub(crate) game: &'a GameGraph,
     pub(crate) quantity: Quantity,
-    pub(crate) goal: Goal,
+    pub(crate) goal: Extremes,
     pub(crate) domain: Domain<'a>,
     pub(crate) gains: Gains<'a, N>,
     /// The values at the ends of counted edges, if known: those of the level below.
@@ -168,7 +168,7 @@ impl<'a, N: Number> System<'a, N> {
         System {
             game: graph,
             quantity,
-            goal: Goal::against(quantity.leader()),
+            goal: Extremes::against(quantity.leader()),
             domain: Domain::Ranks(graph),
             gains: Gains { numbers, exact: graph.fractions(), values: fractions },
             below,
@@ -185,7 +185,7 @@ impl<'a, N: Number> System<'a, N> {
     /// `gains` those of rewards as numbers.
     pub(crate) fn of_sets(
         (game, sets): (&'a GameGraph, &'a Sets),
-        (quantity, goal): (Quantity, Goal),
+        (quantity, goal): (Quantity, Extremes),
         rewards: Option<(&'a Rewards, &'a [N])>,
         fractions: &'a [N],
     ) -> Self {
@@ -203,7 +203,7 @@ impl<'a, N: Number> System<'a, N> {
     /// Fixes the choices of a side.
     pub(crate) fn fixed(mut self, fixed: Option<&'a Fixed>) -> Self {
         if let Some(Fixed { optimum, .. }) = fixed {
-            self.goal = Goal::all(*optimum);
+            self.goal = Extremes::all(*optimum);
         }
         self.fixed = fixed;
         self

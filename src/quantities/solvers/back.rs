@@ -2,7 +2,7 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::game_graph::{GameGraph, Goal, Rewards};
+use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
 use crate::equations::number::Number;
 use meliora_base::error::Result;
@@ -23,7 +23,7 @@ impl<'a, N: Number> Back<'a, N> {
     /// The memory limit is reached.
     pub(crate) fn new(
         game: &'a GameGraph,
-        goal: Goal,
+        goal: Extremes,
         rewards: Option<&'a Rewards>,
         meter: &mut Meter<'_>,
     ) -> Result<Self> {

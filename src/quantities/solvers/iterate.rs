@@ -22,7 +22,7 @@ use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::number::PRECISION;
 use crate::solvers::policies::{MARGIN, SWEEPS};
-use crate::solvers::rows::{Found, Rows, TINY};
+use crate::solvers::rows::{GroupBounds, Rows, TINY};
 
 /// The relative width of the bounds that are sought, and the part that is added to a candidate.
 const WIDTH: f64 = 1e-9;
@@ -205,14 +205,14 @@ impl<'s> Iteration<'s> {
     }
 
     /// Returns the bounds so far.
-    pub(crate) fn found(&self) -> Found {
+    pub(crate) fn found(&self) -> GroupBounds {
         let pick = |(group, &action): (usize, &u32)| {
             let known = action != NONE && (self.sparse.is_max(group) || self.high.is_some());
             if known { self.sparse.choices[action as usize] } else { NONE }
         };
         let picks = self.policy.iter().enumerate().map(pick).collect();
         let high = self.high.clone().unwrap_or_else(|| vec![f64::INFINITY; self.low.len()]);
-        Found { low: self.low.clone(), high, picks }
+        GroupBounds { low: self.low.clone(), high, picks }
     }
 }
 
@@ -268,7 +268,7 @@ mod tests {
     }
 
     /// Iterates for at most this number of sweeps; returns the bounds, and whether they are narrow.
-    fn solve(sparse: &Rows<f64>, sweeps: usize) -> (Found, bool) {
+    fn solve(sparse: &Rows<f64>, sweeps: usize) -> (GroupBounds, bool) {
         let mut iteration = Iteration::new(sparse, None);
         let end = iteration.turn(sweeps * sparse.entries(), &mut Meter::unlimited(&NoProgress));
         (iteration.found(), end.is_ok())
@@ -281,7 +281,7 @@ mod tests {
         (0..n).map(|i| vec![made(i)]).collect()
     }
 
-    fn assert_half((found, is_narrow): (Found, bool)) {
+    fn assert_half((found, is_narrow): (GroupBounds, bool)) {
         assert!(is_narrow);
         for (&low, &high) in found.low.iter().zip(&found.high) {
             assert!(low <= 0.5 && 0.5 <= high && high - low < 1e-8, "{low} {high}");
@@ -377,7 +377,7 @@ mod tests {
             let mut iteration = Iteration::new(&sparse, None);
             let end = iteration.turn(10_000 * sparse.entries(), &mut Meter::unlimited(&NoProgress));
             assert!(end.is_ok(), "seed {seed}, {optimum:?}: {end:?}");
-            let Found { low, high, .. } = iteration.found();
+            let GroupBounds { low, high, .. } = iteration.found();
             for (group, value) in values(&sparse, &iteration.policy).into_iter().enumerate() {
                 let (low, high) = (low[group], high[group]);
                 assert!(high - low <= 1e-7 * low.max(1.0), "seed {seed}, {optimum:?}: {low} {high}");

@@ -15,7 +15,7 @@ use super::eliminate::{self, Row};
 use super::reaching::{Vector, value_at};
 use super::sides::Sides;
 use crate::equations::choices::Choices;
-use crate::equations::game_graph::{GameGraph, Goal, Rewards};
+use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop};
 use crate::equations::number::{Interval, Number};
@@ -39,7 +39,7 @@ const PART: f64 = 0.75;
 pub(crate) fn values<N: Number>(
     game: &GameGraph,
     rewards: &Rewards,
-    goal: Goal,
+    goal: Extremes,
     meter: &mut Meter<'_>,
 ) -> Result<Vector<N>> {
     let optimum = optimum(game, goal)?;
@@ -67,7 +67,7 @@ pub(crate) fn values<N: Number>(
 }
 
 /// Returns the extreme that all states with several choices look for.
-fn optimum(game: &GameGraph, goal: Goal) -> Result<Optimum> {
+fn optimum(game: &GameGraph, goal: Extremes) -> Result<Optimum> {
     let differs = |state: u32| game.is_theirs(state) && game.choices(state).len() > 1;
     if goal.ours != goal.theirs && (0..game.states() as u32).any(differs) {
         let what = "averages over the long run are not supported against an opponent; give both sides one goal, as in \
@@ -110,7 +110,7 @@ fn reached<N: Number>(
     let fractions: Vec<N> = extended.fractions().iter().map(N::of).collect();
     // A path has to end: minimisers would prefer to gain nothing.
     let quantity = if is_max { Quantity::Reward } else { Quantity::Cost(1) };
-    let system = System::of_sets((&extended, &sets), (quantity, Goal::all(optimum)), None, &fractions);
+    let system = System::of_sets((&extended, &sets), (quantity, Extremes::all(optimum)), None, &fractions);
     let system = System { closed: Some(&known), ..system };
     let mut solution = system.start(meter)?;
     let end = system.solve(&mut solution, meter);

@@ -25,7 +25,7 @@
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::solvers::eliminate::{self, Constant, Row};
 use crate::solvers::groups::{Entry, greatest};
-use crate::solvers::rows::{Found, Rows, TINY};
+use crate::solvers::rows::{GroupBounds, Rows, TINY};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
@@ -210,7 +210,12 @@ impl Policies<'_, Ratio> {
     ///
     /// # Errors
     /// Some group cannot leave the component, or gains without an end; more work is needed; a limit is reached.
-    pub(crate) fn exact(&mut self, seen: &[u32], budget: usize, meter: &mut Meter<'_>) -> Turn<Found<Ratio>> {
+    pub(crate) fn exact(
+        &mut self,
+        seen: &[u32],
+        budget: usize,
+        meter: &mut Meter<'_>,
+    ) -> Turn<GroupBounds<Ratio>> {
         self.begin(seen, budget, meter)?;
         // No policy of the leading side is beyond the values on the side of its optimum.
         let upper = self.rows.leader == Optimum::Max;
@@ -221,7 +226,7 @@ impl Policies<'_, Ratio> {
         }
         let own = if best == other { x.clone() } else { self.answered(&other, Ratio::slack, meter)? };
         let (low, high) = if upper { (own, x) } else { (x, own) };
-        Ok(Found { low, high, picks: self.picks() })
+        Ok(GroupBounds { low, high, picks: self.picks() })
     }
 }
 
@@ -230,7 +235,7 @@ impl Policies<'_, f64> {
     ///
     /// # Errors
     /// Policies are not found; the work takes more than `budget`; a limit is reached.
-    pub(crate) fn bounds(&mut self, seen: &[u32], budget: usize, meter: &mut Meter<'_>) -> Turn<Found> {
+    pub(crate) fn bounds(&mut self, seen: &[u32], budget: usize, meter: &mut Meter<'_>) -> Turn<GroupBounds> {
         if self.rows.least < TINY {
             return Err(Stop::Never);
         }
@@ -251,7 +256,7 @@ impl Policies<'_, f64> {
             let (low, high) = if upper { (own, x) } else { (x, own) };
             // 0 is a lower bound in any case, also as a part of others.
             let low = low.into_iter().map(|x| x.max(0.0)).collect();
-            let found = Found { low, high, picks: self.picks() };
+            let found = GroupBounds { low, high, picks: self.picks() };
             if self.holds(&found, meter)? {
                 return Ok(found);
             }
@@ -287,7 +292,7 @@ impl Policies<'_, f64> {
     }
 
     /// Returns whether one step confirms bounds.
-    fn holds(&self, Found { low, high, .. }: &Found, meter: &mut Meter<'_>) -> Result<bool> {
+    fn holds(&self, GroupBounds { low, high, .. }: &GroupBounds, meter: &mut Meter<'_>) -> Result<bool> {
         for (group, &action) in self.policy.iter().enumerate() {
             meter.step()?;
             // The leading side guarantees one of the bounds by its policy.
@@ -338,7 +343,7 @@ mod tests {
         sparse
     }
 
-    fn solve(sparse: &Rows<f64>) -> Option<Found> {
+    fn solve(sparse: &Rows<f64>) -> Option<GroupBounds> {
         let seen = Vec::new();
         Policies::new(sparse).bounds(&seen, usize::MAX, &mut Meter::unlimited(&NoProgress)).ok()
     }

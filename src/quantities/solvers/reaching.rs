@@ -6,7 +6,7 @@
 use bitvec::vec::BitVec;
 
 use super::sides::Sides;
-use crate::equations::game_graph::{GameGraph, Goal, Rewards};
+use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number};
 use crate::equations::solution::Solution;
@@ -32,7 +32,7 @@ pub(crate) struct Reaching<'a> {
     /// The states through which the target is to be reached; all others count as failure.
     pub(crate) left: &'a BitVec,
     pub(crate) collected: Collected<'a>,
-    pub(crate) goal: Goal,
+    pub(crate) goal: Extremes,
 }
 
 /// The values of all states; infinite ones have none.

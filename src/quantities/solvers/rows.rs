@@ -29,7 +29,7 @@ pub(crate) const TINY: f64 = 1e-280;
 
 /// The bounds of the groups.
 #[derive(Debug)]
-pub(crate) struct Found<N = f64> {
+pub(crate) struct GroupBounds<N = f64> {
     pub(crate) low: Vec<N>,
     /// The upper bounds; infinite if none are known.
     pub(crate) high: Vec<N>,
@@ -37,14 +37,14 @@ pub(crate) struct Found<N = f64> {
     pub(crate) picks: Vec<u32>,
 }
 
-impl Found {
+impl GroupBounds {
     /// Returns the bounds of some groups of which nothing is known.
     pub(crate) fn nothing(groups: usize) -> Self {
-        Found { low: vec![0.0; groups], high: vec![f64::INFINITY; groups], picks: vec![NONE; groups] }
+        GroupBounds { low: vec![0.0; groups], high: vec![f64::INFINITY; groups], picks: vec![NONE; groups] }
     }
 
     /// Narrows these bounds by others, and takes their choices where none are known.
-    pub(crate) fn narrow(&mut self, other: &Found) {
+    pub(crate) fn narrow(&mut self, other: &GroupBounds) {
         self.low.iter_mut().zip(&other.low).for_each(|(low, other)| *low = low.max(*other));
         self.high.iter_mut().zip(&other.high).for_each(|(high, other)| *high = high.min(*other));
         let open = self.picks.iter_mut().zip(&other.picks).filter(|(pick, _)| **pick == NONE);
@@ -52,11 +52,15 @@ impl Found {
     }
 }
 
-impl Found<Ratio> {
+impl GroupBounds<Ratio> {
     /// Returns the fractions as doubles, rounded outwards.
-    pub(crate) fn rounded(self) -> Found {
+    pub(crate) fn rounded(self) -> GroupBounds {
         let low = self.low.iter().map(|x| Interval::around(x).lower).collect();
-        Found { low, high: self.high.iter().map(|x| Interval::around(x).upper).collect(), picks: self.picks }
+        GroupBounds {
+            low,
+            high: self.high.iter().map(|x| Interval::around(x).upper).collect(),
+            picks: self.picks,
+        }
     }
 }
 

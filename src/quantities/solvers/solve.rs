@@ -17,7 +17,7 @@ use crate::equations::system::{End, Quantity, System};
 use crate::solvers::components::{self, Components, Successors};
 use crate::solvers::groups::Groups;
 use crate::solvers::policies::Policies;
-use crate::solvers::rows::{Found, Rows};
+use crate::solvers::rows::{GroupBounds, Rows};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
@@ -194,7 +194,7 @@ impl<N: Number> System<'_, N> {
         let end = match N::EXACT {
             true => self.exact(&groups, &rows, solution, meter),
             false => {
-                let (Found { low, high, picks }, end) = self.in_turns(&groups, &rows, solution, meter);
+                let (GroupBounds { low, high, picks }, end) = self.in_turns(&groups, &rows, solution, meter);
                 let most = self.most();
                 let bounds =
                     |(&lower, &upper): (&f64, &f64)| N::rounded(Interval { lower, upper: upper.min(most) });
@@ -223,7 +223,7 @@ impl<N: Number> System<'_, N> {
             Err(_) => Vec::new(),
         };
         match self.fractions_of(groups, solution, &seen, usize::MAX, meter) {
-            Ok(Found { low, picks, .. }) => {
+            Ok(GroupBounds { low, picks, .. }) => {
                 let values: Vec<N> = low.iter().map(N::of).collect();
                 groups.store(self, &values, &picks, solution);
                 Ok(())
@@ -246,7 +246,7 @@ impl<N: Number> System<'_, N> {
         seen: &[u32],
         budget: usize,
         meter: &mut Meter<'_>,
-    ) -> Turn<Found<Ratio>> {
+    ) -> Turn<GroupBounds<Ratio>> {
         if !N::EXACT && !groups.is_bounded(self, solution) {
             return Err(Stop::Never);
         }

@@ -2,7 +2,7 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::game_graph::{Goal, LOST};
+use crate::equations::game_graph::{Extremes, LOST};
 use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
@@ -81,7 +81,7 @@ impl<N: Number> Solved<N> {
             ones: BitVec::repeat(false, graph.nodes()),
             permitted: (0..graph.choices_in_all() as u32).map(stays).collect(),
         };
-        let asked = (Quantity::Number, Goal::against(Quantity::Number.leader()));
+        let asked = (Quantity::Number, Extremes::against(Quantity::Number.leader()));
         let system = System::of_sets((graph, &sets), asked, None, &self.fractions);
         let mut solution = system.start(meter)?;
         let end = system.solve(&mut solution, meter);

@@ -12,7 +12,7 @@ use crate::equations::system::{Method, Quantity, System};
 use crate::solvers::groups::Groups;
 use crate::solvers::iterate::Iteration;
 use crate::solvers::policies::{Policies, ROUNDS};
-use crate::solvers::rows::{Found, Rows};
+use crate::solvers::rows::{GroupBounds, Rows};
 use meliora_base::error::{Error, Limit, Result};
 
 /// The number of groups up to which elimination has the first turn: it has narrower bounds. Of more groups, it needs
@@ -28,10 +28,10 @@ impl<N: Number> System<'_, N> {
         rows: &Rows<f64>,
         solution: &Solution<N>,
         meter: &mut Meter<'_>,
-    ) -> (Found, Result<()>) {
+    ) -> (GroupBounds, Result<()>) {
         let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
         let (mut iteration, mut policies) = (Iteration::new(rows, top), Policies::new(rows));
-        let (mut known, mut is_hard, mut was_hard) = (Found::nothing(rows.groups()), false, false);
+        let (mut known, mut is_hard, mut was_hard) = (GroupBounds::nothing(rows.groups()), false, false);
         let mut left = match self.only {
             Some(method) => vec![method],
             None if rows.groups() <= SMALL => vec![Method::Eliminate, Method::Iterate],
@@ -45,11 +45,11 @@ impl<N: Number> System<'_, N> {
                     Method::Eliminate => policies.bounds(&iteration.found().picks, budget, meter),
                     Method::Exact => {
                         let found = self.fractions_of(groups, solution, &policies.picks(), budget, meter);
-                        found.map(Found::rounded)
+                        found.map(GroupBounds::rounded)
                     }
                 };
                 let is_done =
-                    |found: &Found| method == Method::Exact || rows.is_narrow(&found.low, &found.high);
+                    |found: &GroupBounds| method == Method::Exact || rows.is_narrow(&found.low, &found.high);
                 match end {
                     Ok(found) if is_done(&found) => return (found, Ok(())),
                     Err(Stop::Later) => left.push(method),

@@ -92,7 +92,7 @@ pub type Region<S> = (Which, S);
 
 /// The answer to a property.
 #[derive(Debug, Clone)]
-pub struct Found<S> {
+pub struct PropertyResult<S> {
     /// The regions of the formula, if the property is one operator for a probability.
     pub regions: Vec<Region<S>>,
     /// The condition holds in all initial states; `None` for a number.
@@ -144,14 +144,26 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
     /// # Errors
     /// A limit is reached; a part is not supported, or has no value in some state; the bounds of a number do
     /// not decide a comparison.
-    pub fn answer(&self, term: &Term) -> Result<Found<E::States>> {
+    pub fn answer(&self, term: &Term) -> Result<PropertyResult<E::States>> {
         let initial = self.engine.initial_states();
         let regions = self.regions(term)?;
         if let Some(front) = self.front(term)? {
-            return Ok(Found { regions, holds: None, value: None, values: None, front: Some(front) });
+            return Ok(PropertyResult {
+                regions,
+                holds: None,
+                value: None,
+                values: None,
+                front: Some(front),
+            });
         }
         if let Some(holds) = self.qualitative(term, &regions)? {
-            return Ok(Found { holds: Some(holds), values: None, value: None, front: None, regions });
+            return Ok(PropertyResult {
+                holds: Some(holds),
+                values: None,
+                value: None,
+                front: None,
+                regions,
+            });
         }
         let values = match &term.kind {
             TermKind::Filter(filter) => self.listed(filter)?,
@@ -161,19 +173,19 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
             && measured.bound.is_some()
         {
             let (holds, value) = self.compared_value(term, measured, &self.at(&initial)?)?;
-            return Ok(Found { holds: Some(holds), value, values, front: None, regions });
+            return Ok(PropertyResult { holds: Some(holds), value, values, front: None, regions });
         }
         if term.is_condition() {
             let satisfied = self.states(term, &initial)?;
             let holds = self.engine.is_empty(&self.engine.difference(&initial, &satisfied)?)?;
-            return Ok(Found { holds: Some(holds), values, value: None, front: None, regions });
+            return Ok(PropertyResult { holds: Some(holds), values, value: None, front: None, regions });
         }
         let at = self.at(&initial)?;
         let value = self.narrow(term, &at)?.into_iter().reduce(|all, x| all.range(&x));
         if value.as_ref().is_some_and(Number::is_undefined) {
             return Err(self.wrong(term, "the number is undefined, as is 0 divided by 0").into());
         }
-        Ok(Found { holds: None, value, values, front: None, regions })
+        Ok(PropertyResult { holds: None, value, values, front: None, regions })
     }
 
     /// Returns the values that a filter lists.

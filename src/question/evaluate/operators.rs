@@ -18,7 +18,7 @@ use meliora_lang::property::term::{Accumulated, Path, Single, Step, Term};
 use meliora_model::State;
 use meliora_model::property::Rewards;
 use meliora_model::temporal::{Asks, Condition};
-use meliora_quantities::equations::arena::{Arena, Goal};
+use meliora_quantities::equations::arena::{Arena, Extremes};
 use meliora_quantities::path_values::Answer;
 use meliora_quantities::sought::{Compute, Sought};
 use meliora_quantities::vector::{self, Accumulation, Until};
@@ -301,8 +301,8 @@ fn accepted<E: Engine>(engine: &E, condition: &Condition) -> Result<Option<E::St
 }
 
 /// Returns what the players look for.
-fn goal(optimum: Optimum, is_game: bool) -> Goal {
-    if is_game { Goal::against(optimum) } else { Goal::all(optimum) }
+fn goal(optimum: Optimum, is_game: bool) -> Extremes {
+    if is_game { Extremes::against(optimum) } else { Extremes::all(optimum) }
 }
 
 fn truth(holds: bool) -> Number {

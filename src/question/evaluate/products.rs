@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::condition::condition_of;
 use super::{Evaluator, listed};
-use crate::goal::{Goal, Target};
+use crate::goal::{PathGoal, Target};
 use meliora_base::error::Result;
 use meliora_base::exact::{Exact, Real};
 use meliora_base::value::{Type, Value};
@@ -26,7 +26,7 @@ type Known<E> = Regions<Option<<E as Engine>::States>>;
 pub(super) struct Product<E> {
     pub(super) engine: Arc<E>,
     pub(super) program: Arc<Program>,
-    pub(super) goal: Goal,
+    pub(super) goal: PathGoal,
 }
 
 impl<E: Engine> Evaluator<'_, '_, E> {
@@ -48,7 +48,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
 
     /// Builds the product of a program with the monitors of a formula.
     fn watched(&self, term: &Term, program: &Arc<Program>, formula: &Formula) -> Result<Product<E>> {
-        let goal = Goal::of(program, self.source, formula, self.model.required)?;
+        let goal = PathGoal::of(program, self.source, formula, self.model.required)?;
         if matches!(goal.target, Target::States(_)) {
             return Err(self.wrong(term, "the formula is decided without monitors").into());
         }

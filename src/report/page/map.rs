@@ -8,7 +8,7 @@ use maud::{Markup, html};
 use super::axes::{self, Sizes};
 use super::heat::Heat;
 use super::marks::{MORE, Placed, SEVERAL};
-use super::paint::{Found, Look, Paint, SIDE};
+use super::paint::{Look, Paint, SIDE, ViewCell};
 use super::palette::Rgb;
 use super::{Content, Picture, game, palette};
 use meliora_engine::Scope;
@@ -103,8 +103,8 @@ fn figure(
     let (rows, columns) = (projections.rows().len(), projections.columns().len());
     let under = axes::under(projections);
     let shape = format!("--left:{}px;--under:{under:.0}px;--rows:{rows};--columns:{columns}", sizes.left);
-    let walls = paint.cells.iter().flatten().any(Found::is_wall);
-    let several = paint.cells.iter().flatten().any(Found::is_several);
+    let walls = paint.cells.iter().flatten().any(ViewCell::is_wall);
+    let several = paint.cells.iter().flatten().any(ViewCell::is_several);
     html! {
         figure.map id=(format!("map-{}", words.id)) {
             figcaption {
@@ -242,7 +242,7 @@ fn cell(
     has_texts: bool,
     x: usize,
     y: usize,
-    found: &Found,
+    found: &ViewCell,
 ) -> Markup {
     let look = match layer {
         Layer::Ranks(picture) => &paint.look(picture, found),

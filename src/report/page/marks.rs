@@ -1,7 +1,7 @@
 //! Marks in the cells of maps: letters for the targets of objectives, signs for the labels of a model.
 
 use super::Content;
-use super::paint::Found;
+use super::paint::ViewCell;
 use meliora_base::diagram::Edge;
 use meliora_export::projections::{Projections, View};
 
@@ -63,11 +63,12 @@ impl Marks {
 
     /// Marks the cells of a view: those with states that have the mark and, paler, those where states with
     /// other values have it. A mark that more than half of the cells have tells nothing and is left out.
-    pub(super) fn place(&self, projections: &Projections, view: &View, cells: &mut [Vec<Found>]) {
+    pub(super) fn place(&self, projections: &Projections, view: &View, cells: &mut [Vec<ViewCell>]) {
         let open: View = vec![None; view.len()];
-        let mut live: Vec<&mut Found> = cells.iter_mut().flatten().filter(|found| !found.is_wall()).collect();
+        let mut live: Vec<&mut ViewCell> =
+            cells.iter_mut().flatten().filter(|found| !found.is_wall()).collect();
         for (number, mark) in self.0.iter().enumerate() {
-            let has = |found: &Found, others: &View| {
+            let has = |found: &ViewCell, others: &View| {
                 projections.holds(mark.edge, &projections.view(others, found.row, found.column))
             };
             let (mut own, mut pale) = (Vec::new(), Vec::new());

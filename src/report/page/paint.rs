@@ -34,11 +34,11 @@ pub(super) struct Paint<'a> {
     /// The targets and labels that have marks.
     pub(super) marks: Marks,
     /// The cells, row by row from the top.
-    pub(super) cells: Vec<Vec<Found>>,
+    pub(super) cells: Vec<Vec<ViewCell>>,
 }
 
 /// A cell of the opening view.
-pub(super) struct Found {
+pub(super) struct ViewCell {
     pub(super) row: i64,
     pub(super) column: i64,
     /// The results there; `None` if no values of the other variables give a state, and if all states
@@ -55,7 +55,7 @@ pub(super) struct Found {
     pub(super) marks: Vec<Placed>,
 }
 
-impl Found {
+impl ViewCell {
     /// Returns whether the cell has a mark.
     pub(super) fn has(&self, mark: usize) -> bool {
         self.marks.iter().any(|placed| placed.mark == mark)
@@ -157,7 +157,7 @@ impl<'a> Paint<'a> {
     }
 
     /// Returns the colours and the text of a cell.
-    pub(super) fn look(&self, picture: Picture, found: &Found) -> Look {
+    pub(super) fn look(&self, picture: Picture, found: &ViewCell) -> Look {
         let Some(cell) = &found.cell else {
             return if found.is_unsafe { Look::not_safe() } else { Look::wall() };
         };
@@ -186,7 +186,7 @@ impl<'a> Paint<'a> {
     }
 
     /// Returns the names of the classes of a cell: `A or B; C`.
-    pub(super) fn named(&self, found: &Found) -> String {
+    pub(super) fn named(&self, found: &ViewCell) -> String {
         let Some(cell) = &found.cell else {
             return if found.is_unsafe { "unsafe" } else { "unreachable" }.to_owned();
         };
@@ -196,7 +196,7 @@ impl<'a> Paint<'a> {
     /// Returns the views of the cells of the opening view; `None` where no state is, or only unsafe ones.
     pub(super) fn views(&self) -> Vec<Option<View>> {
         let open: View = vec![None; self.projections.variables.len()];
-        let view = |found: &Found| {
+        let view = |found: &ViewCell| {
             let others = if found.elsewhere { &open } else { &self.opening };
             found.cell.as_ref().map(|_| self.projections.view(others, found.row, found.column))
         };
@@ -204,7 +204,7 @@ impl<'a> Paint<'a> {
     }
 
     /// Returns the arrows of the permitted choices in a cell; empty if a variable has any value.
-    pub(super) fn arrows(&self, picture: Picture, found: &Found) -> String {
+    pub(super) fn arrows(&self, picture: Picture, found: &ViewCell) -> String {
         let view = self.projections.view(&self.opening, found.row, found.column);
         let mut path = String::new();
         if found.elsewhere || view.iter().any(Option::is_none) {
@@ -284,7 +284,7 @@ fn opening(projections: &Projections) -> View {
 }
 
 /// Returns the cells of a view, without their marks.
-fn found(projections: &Projections, view: &View) -> Vec<Vec<Found>> {
+fn found(projections: &Projections, view: &View) -> Vec<Vec<ViewCell>> {
     let open: View = vec![None; projections.variables.len()];
     let one = |row: i64, column: i64| {
         let (inside, exact) = projections.found(view, row, column).unzip();
@@ -299,7 +299,7 @@ fn found(projections: &Projections, view: &View) -> Vec<Vec<Found>> {
             Some(Inside::Unsafe) | None => None,
         };
         let elsewhere = exact == Some(false);
-        Found { row, column, cell, is_unsafe, elsewhere, is_theirs, marks: Vec::new() }
+        ViewCell { row, column, cell, is_unsafe, elsewhere, is_theirs, marks: Vec::new() }
     };
     let columns = projections.columns();
     projections

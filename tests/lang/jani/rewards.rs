@@ -1,6 +1,6 @@
 //! Rewards of JANI models: transient numbers.
 
-use meliora::advanced::lang::property::{Measure, Optimum, Question, Rewards};
+use meliora::advanced::lang::property::{Measure, Optimum, PropertyKind, Rewards};
 use meliora::error::Error;
 use meliora::model::Program;
 use serde_json::{Value as Json, json};
@@ -115,7 +115,7 @@ fn properties_accumulate_what_they_name() {
             continue;
         };
         let question = term.query(program).expect("it is one operator").question;
-        let Question::Quantity(quantity) = &question else { panic!("{question:?}") };
+        let PropertyKind::Quantity(quantity) = &question else { panic!("{question:?}") };
         assert_eq!((quantity.optimum, quantity.bound.clone()), (Optimum::Max, None));
         let Measure::Reward(rewards @ Rewards::Numbered(_)) = &quantity.measure else {
             panic!("{quantity:?}")

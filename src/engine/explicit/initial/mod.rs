@@ -58,7 +58,7 @@ enum Next {
 }
 
 /// The truth of a condition in a box.
-enum Found {
+enum Truth {
     /// It is true in none of the states, …
     Nowhere,
     /// … in all of them, …
@@ -119,9 +119,9 @@ impl Search {
         while self.work < most {
             self.next = match std::mem::replace(&mut self.next, Next::Nothing) {
                 Next::Box => match self.look() {
-                    Found::Nowhere => Next::Back,
-                    Found::Everywhere => Next::State(self.ranges.iter().map(|&(low, _)| low).collect()),
-                    Found::Perhaps(variable) => self.split(variable),
+                    Truth::Nowhere => Next::Back,
+                    Truth::Everywhere => Next::State(self.ranges.iter().map(|&(low, _)| low).collect()),
+                    Truth::Perhaps(variable) => self.split(variable),
                 },
                 Next::State(state) => {
                     (self.work, self.steps) = (self.work + 1, self.steps + state.len());
@@ -147,13 +147,13 @@ impl Search {
     }
 
     /// Looks at a box, and decides what to do with it.
-    fn look(&mut self) -> Found {
+    fn look(&mut self) -> Truth {
         self.work += 1;
         self.evaluate();
         match self.values.last() {
-            Some(values) if !values.may_hold() => return Found::Nowhere,
+            Some(values) if !values.may_hold() => return Truth::Nowhere,
             Some(values) if !values.is_known() => {}
-            _ => return Found::Everywhere,
+            _ => return Truth::Everywhere,
         }
         let mut open = self.net.open(&self.values);
         // The net is copied only if it is halved, so that all copies together are small.
@@ -163,7 +163,7 @@ impl Search {
             open = self.net.open(&self.values);
         }
         // The condition is known where all variables that decide it have one value.
-        self.widest(&open).map_or(Found::Nowhere, Found::Perhaps)
+        self.widest(&open).map_or(Truth::Nowhere, Truth::Perhaps)
     }
 
     fn evaluate(&mut self) {

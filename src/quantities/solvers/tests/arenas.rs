@@ -10,7 +10,7 @@ use meliora_engine::{AnyEngine, Settings, Storage};
 use meliora_model::{Optimum, Program};
 use num_traits::{One, ToPrimitive, Zero};
 
-use crate::equations::arena::{Arena, Goal};
+use crate::equations::arena::{Arena, Extremes};
 use crate::path_values::{Answer, Value};
 use crate::vector::{Accumulation, Until, long_run, next, probability, reward};
 
@@ -101,7 +101,7 @@ impl Made {
     }
 
     /// Returns the value over all pairs of strategies; `of_chain` returns that of a chain, `None` if it is infinite.
-    fn value(&self, goal: Goal, of_chain: &dyn Fn(&Pure) -> Vec<Option<Ratio>>) -> Vec<Option<Ratio>> {
+    fn value(&self, goal: Extremes, of_chain: &dyn Fn(&Pure) -> Vec<Option<Ratio>>) -> Vec<Option<Ratio>> {
         let greatest = |s: usize| if self.theirs[s] { goal.theirs } else { goal.ours } == Optimum::Max;
         let better = |a: &Option<Ratio>, b: &Option<Ratio>| match (a, b) {
             (Some(a), Some(b)) => a < b,
@@ -123,7 +123,7 @@ impl Made {
     }
 
     /// Returns the averages over the long run.
-    fn averages(&self, goal: Goal) -> Vec<Option<Ratio>> {
+    fn averages(&self, goal: Extremes) -> Vec<Option<Ratio>> {
         self.value(goal, &|pure| self.average(pure).into_iter().map(Some).collect())
     }
 
@@ -254,7 +254,7 @@ impl Made {
     /// Returns the optimum after some steps, state by state and step by step.
     fn after(
         &self,
-        goal: Goal,
+        goal: Extremes,
         state: usize,
         steps: u64,
         value: &dyn Fn(usize, u64) -> Option<Ratio>,
@@ -325,16 +325,16 @@ fn check(what: &str, found: &Answer, expected: &[Option<Ratio>], is_exact: bool)
 }
 
 /// A question to an arena.
-struct Asked<'a> {
+struct ArenaQuestion<'a> {
     made: &'a Made,
     arena: &'a Arena<'a>,
     engine: &'a AnyEngine,
-    goal: Goal,
+    goal: Extremes,
     precision: f64,
     what: String,
 }
 
-impl Asked<'_> {
+impl ArenaQuestion<'_> {
     fn check(&self, name: &str, found: &Answer, expected: &[Option<Ratio>]) {
         check(&format!("{} {:?} {name}", self.what, self.goal), found, expected, self.precision == 0.0);
     }
@@ -351,7 +351,7 @@ impl Asked<'_> {
     }
 
     fn probabilities(&self, target: &[bool], left: &[bool]) {
-        let Asked { made, arena, goal, precision, .. } = self;
+        let ArenaQuestion { made, arena, goal, precision, .. } = self;
         let until = |least, most| Until { left: bits(left), right: bits(target), least, most };
         let found = probability(arena, &until(0, None), *goal, *precision).unwrap();
         self.check("until", &found, &made.value(*goal, &|pure| made.until(pure, target, left)));
@@ -372,7 +372,7 @@ impl Asked<'_> {
     }
 
     fn rewards(&self, target: &[bool]) {
-        let Asked { made, arena, goal, precision, .. } = self;
+        let ArenaQuestion { made, arena, goal, precision, .. } = self;
         let rewards = arena.rewards(self.engine, 0).unwrap();
         let ask = |accumulation| reward(arena, &rewards, &accumulation, *goal, *precision).unwrap();
         let expected = made.value(*goal, &|pure| made.reward_until(pure, target));
@@ -407,13 +407,13 @@ fn asked(
     let target: Vec<bool> = (0..made.states()).map(|_| draw.below(3) == 0).collect();
     let left: Vec<bool> = (0..made.states()).map(|_| draw.below(5) > 0).collect();
     let optimum = [Optimum::Max, Optimum::Min];
-    for goal in optimum.into_iter().flat_map(|ours| [Goal::against(ours), Goal::all(ours)]) {
+    for goal in optimum.into_iter().flat_map(|ours| [Extremes::against(ours), Extremes::all(ours)]) {
         let what = format!("{what} {target:?} {left:?}");
-        let asked = Asked { made, arena, engine, goal, precision, what };
+        let asked = ArenaQuestion { made, arena, engine, goal, precision, what };
         asked.probabilities(&target, &left);
         asked.rewards(&target);
     }
-    for goal in optimum.map(Goal::all) {
+    for goal in optimum.map(Extremes::all) {
         let only =
             Made { of_state: target.iter().map(|&inside| inside.into()).collect(), ..made.without_gains() };
         let found = long_run(arena, &bits(&target), goal, precision).unwrap();
@@ -473,7 +473,7 @@ fn bounded_formulas_of_many_states_take_steps_backward() {
         least: 0,
         most: Some(most),
     };
-    let found = probability(&arena, &until(30), Goal::all(Optimum::Max), 1e-6).unwrap();
+    let found = probability(&arena, &until(30), Extremes::all(Optimum::Max), 1e-6).unwrap();
     let at = |x: usize, y: usize| found.values[x * 1000 + y].interval();
     // 30 steps are needed from y=969, all of which succeed with the probability 0.9.
     let expected = 0.9f64.powi(30);

@@ -7,7 +7,7 @@ use meliora_engine::{AnyEngine, Settings, Storage};
 use meliora_model::Optimum;
 
 use super::arenas::load;
-use crate::equations::arena::{Arena, Goal};
+use crate::equations::arena::{Arena, Extremes};
 use crate::path_values::Value;
 use crate::vector::{Accumulation, Until, probability, reward};
 
@@ -39,7 +39,7 @@ fn start(arena: &Arena<'_>) -> usize {
 
 #[test]
 fn components_in_which_both_sides_can_stay_have_narrow_bounds_in_doubles() {
-    let goal = Goal::against(Optimum::Max);
+    let goal = Extremes::against(Optimum::Max);
     let (lower, upper) = bounds(|arena, _, won| {
         let left = BitVec::repeat(true, arena.states());
         let until = Until { left, right: won, least: 0, most: None };
