@@ -420,3 +420,19 @@ fn under_requirements_the_operators_of_a_property_are_about_the_strategies_that_
         assert_eq!((&lost[0]["value"], &lost[1]["holds"]), (&Json::Null, &json!(false)), "{lost:?}");
     }
 }
+
+#[test]
+fn bounds_of_zero_and_implications_between_operators_hold_where_their_definitions_do() {
+    expect(
+        CHOICES,
+        &[
+            ("P<=0 [ F P>=1 [ X x=0 ] ]", json!(true)),
+            ("P<=0 [ F P>=1 [ X x=1 ] ]", json!(false)),
+            ("P<1 [ F P>=1 [ X x=1 ] ]", json!(true)),
+            ("P<1 [ F P>=1 [ X x>0 ] ]", json!(false)),
+            ("P>=1 [ G (P>=1 [ X x=1 ] => x=1) ]", json!(true)),
+            ("Pmax=? [ X (P>=1 [ X x=2 ] => x=1) ]", json!(0.5)),
+            ("Pmin=? [ X (P>=1 [ X x=2 ] => P<=0 [ X x=1 ]) ]", json!(1)),
+        ],
+    );
+}
