@@ -258,10 +258,6 @@ impl race::Job for Kept {
         Arc::clone(&self.sink) as _
     }
 
-    fn begin(&self) {}
-
-    fn built(&self, _: &Selection) {}
-
     fn leave_to(&self, way: Self) -> Self {
         Kept { state: Arc::clone(&self.state), sink: way.sink }
     }

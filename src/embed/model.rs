@@ -276,17 +276,9 @@ impl Job for Partial {
         Partial { found: Arc::default(), sink: Arc::clone(&self.sink), leads: false }
     }
 
-    fn of_way(&self, _: usize) -> Self {
-        self.copy()
-    }
-
     fn sink(&self) -> Arc<dyn ProgressSink> {
         Arc::clone(&self.sink)
     }
-
-    fn begin(&self) {}
-
-    fn built(&self, _: &Selection) {}
 
     fn leave_to(&self, way: Self) -> Self {
         Partial { found: Arc::clone(&self.found), sink: way.sink, leads: true }

@@ -5,7 +5,6 @@ use std::sync::{Arc, Mutex};
 use meliora_base::error::Result;
 use meliora_base::progress::ProgressSink;
 use meliora_base::sync::lock;
-use meliora_engine::Selection;
 use meliora_question::{Warning, race};
 
 /// Keeps the report `R` of some work while it grows, and hears of the work.
@@ -129,17 +128,9 @@ impl<R: Clone + Send> race::Job for Kept<R> {
         Kept { state: Arc::new(Mutex::new(self.known())), sink: Arc::clone(&self.sink) }
     }
 
-    fn of_way(&self, _: usize) -> Self {
-        self.copy()
-    }
-
     fn sink(&self) -> Arc<dyn ProgressSink> {
         Arc::clone(&self.sink)
     }
-
-    fn begin(&self) {}
-
-    fn built(&self, _: &Selection) {}
 
     fn leave_to(&self, way: Self) -> Self {
         Kept { state: Arc::clone(&self.state), sink: way.sink }

@@ -21,16 +21,18 @@ pub trait Job: Sized + Send + Sync {
 
     /// Returns a job for a way, which begins with the results of this one.
     #[must_use]
-    fn of_way(&self, way: usize) -> Self;
+    fn of_way(&self, _way: usize) -> Self {
+        self.copy()
+    }
 
     /// Returns the sink of the progress.
     fn sink(&self) -> Arc<dyn ProgressSink>;
 
     /// Hears that the search for all states begins.
-    fn begin(&self);
+    fn begin(&self) {}
 
     /// Hears that it has ended, with the engine that was selected.
-    fn built(&self, selection: &Selection);
+    fn built(&self, _selection: &Selection) {}
 
     /// Lets the results of this job be those of a way from now on. Returns the job of the way.
     #[must_use]
