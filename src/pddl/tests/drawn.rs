@@ -54,7 +54,6 @@ enum Eff {
     All(usize, Box<Eff>),
     OneOf(Vec<Eff>),
     Probably(Vec<(u32, Eff)>),
-    /// The increase of the reward.
     Earn(u32),
 }
 
@@ -441,10 +440,8 @@ impl Eff {
             Eff::Earn(amount) => whole(*amount),
             Eff::And(all) => all.iter().map(|e| e.earned(values, state)).sum(),
             Eff::When(condition, _) if !condition.holds(state, &mut values.to_vec()) => whole(0),
-            Eff::When(_, inner) => inner.earned(values, state),
-            Eff::All(of, inner) => {
-                TYPES[*of].1.iter().map(|&o| inner.earned(&[values, &[o]].concat(), state)).sum()
-            }
+            Eff::When(_, e) => e.earned(values, state),
+            Eff::All(of, e) => TYPES[*of].1.iter().map(|&o| e.earned(&[values, &[o]].concat(), state)).sum(),
             Eff::Probably(all) => {
                 all.iter().map(|(tenths, e)| e.earned(values, state) * whole(*tenths) / whole(10)).sum()
             }
