@@ -357,15 +357,19 @@ impl Lowering<'_> {
         (new != old).then_some(new)
     }
 
-    /// Returns the labels: the goal and the preferences. A goal of preferences alone holds everywhere; a problem of
-    /// rewards alone has none.
+    /// Returns the goal; one of preferences alone holds everywhere.
+    pub(crate) fn goal(&mut self) -> ExprId {
+        let ground = self.ground;
+        self.condition(ground.goal.as_ref().unwrap_or(&Ground::True))
+    }
+
+    /// Returns the labels: the goal and the preferences. A problem of rewards alone has none.
     fn labels(&mut self) -> Vec<(String, ExprId)> {
         let ground = self.ground;
         if ground.goal.is_none() && ground.preferences.is_empty() {
             return Vec::new();
         }
-        let goal = ground.goal.as_ref().unwrap_or(&Ground::True);
-        let mut labels = vec![(GOAL.to_owned(), self.condition(goal))];
+        let mut labels = vec![(GOAL.to_owned(), self.goal())];
         for (name, condition) in &ground.preferences {
             labels.push((name.clone(), self.condition(condition)));
         }
@@ -414,7 +418,7 @@ fn doubled(names: impl Iterator<Item = String>) -> AHashSet<String> {
 }
 
 /// Returns a name that is not taken, and takes it.
-fn unique(name: String, taken: &mut AHashSet<String>) -> String {
+pub(crate) fn unique(name: String, taken: &mut AHashSet<String>) -> String {
     let mut unique = name.clone();
     let mut number = 2;
     while !taken.insert(unique.clone()) {

@@ -8,12 +8,12 @@ use std::collections::BTreeSet;
 use num_traits::Zero;
 
 use crate::ground::GroundAction;
-use crate::lower::Lowering;
+use crate::lower::{Lowering, unique};
 use crate::task::Measure;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_base::span::Span;
-use meliora_base::value::{Type, Value};
+use meliora_base::value::Type;
 use meliora_model::expr::{Binary, ExprId, Unary};
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
 use meliora_model::{Branch, CommandId, VarId, Variable};
@@ -54,8 +54,8 @@ impl Measures {
         let amount = lowering.task.goal_reward.as_ref().filter(|amount| !amount.is_zero());
         let (Some(amount), false) = (amount, lowering.ground.measures.is_empty()) else { return measures };
         let variable = VarId(u32::try_from(variables.len()).unwrap_or(u32::MAX));
-        let is_taken = |name: &str| variables.iter().any(|variable| variable.name == name);
-        let name = if is_taken(EARNED) { format!("{EARNED}_2") } else { EARNED.to_owned() };
+        let mut taken = variables.iter().map(|variable| variable.name.clone()).collect();
+        let name = unique(EARNED.to_owned(), &mut taken);
         let (module, initial) = (Some(0), Some(0));
         variables.push(Variable {
             name,
@@ -134,14 +134,6 @@ impl Measures {
 }
 
 impl Lowering<'_> {
-    fn goal(&mut self) -> ExprId {
-        let ground = self.ground;
-        match &ground.goal {
-            Some(goal) => self.condition(goal),
-            None => self.pool.value(Value::Bool(true)),
-        }
-    }
-
     /// Returns the goal as it is after updates, over the state before.
     ///
     /// # Errors

@@ -39,6 +39,15 @@ impl Term {
     }
 }
 
+/// Returns the objects of terms; `None` if one is a variable.
+pub(crate) fn objects(terms: &[Term]) -> Option<Vec<Object>> {
+    let object = |term: &Term| match term {
+        Term::Object(object) => Some(*object),
+        Term::Variable(_) => None,
+    };
+    terms.iter().map(object).collect()
+}
+
 /// A predicate with its arguments.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) struct Atom {

@@ -29,7 +29,7 @@ impl Fractions {
         })
     }
 
-    /// Adds a number to all fractions.
+    /// Returns the sums of the fractions and a number, in the same order.
     #[must_use]
     pub fn moved_by(&self, number: &Ratio) -> Self {
         let mut moved = Fractions::default();

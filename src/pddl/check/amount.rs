@@ -7,7 +7,7 @@ use num_traits::Signed;
 use super::Checker;
 use super::requirements::Requirement;
 use crate::syntax::Node;
-use crate::task::{Amount, Function, Measure, Object, Term};
+use crate::task::{Amount, Function, Measure, Term, objects};
 
 impl Checker {
     /// Reads `(increase (total-cost) 5)` or `(decrease (reward) (worth ?x))`; refuses other changes of numbers.
@@ -109,14 +109,7 @@ impl Checker {
         }
         let (name, arguments) = of.form().unwrap_or((of.word().unwrap_or_default(), &[]));
         let Some((function, terms)) = self.value_of(of, name, arguments) else { return };
-        let objects: Option<Vec<Object>> = terms
-            .iter()
-            .map(|term| match term {
-                Term::Object(object) => Some(*object),
-                Term::Variable(_) => None,
-            })
-            .collect();
-        if let (Some(objects), Some(value)) = (objects, self.ratio(value)) {
+        if let (Some(objects), Some(value)) = (objects(&terms), self.ratio(value)) {
             self.functions[function].values.insert(objects, value);
         }
     }

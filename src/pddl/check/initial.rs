@@ -3,7 +3,7 @@
 use super::Checker;
 use super::problem::Goals;
 use crate::syntax::Node;
-use crate::task::{Action, Atom, Condition, Effect, Object, Predicate, Term};
+use crate::task::{Action, Atom, Condition, Effect, Object, Predicate, objects};
 
 /// A predicate with its objects.
 pub(super) type Fact = (usize, Vec<Object>);
@@ -81,12 +81,7 @@ impl Checker {
         if self.predicates[atom.predicate].is_derived {
             return self.report(node.wrong("a derived fact cannot stand in `:init`"));
         }
-        let object = |term: &Term| match term {
-            Term::Object(object) => Some(*object),
-            Term::Variable(_) => None,
-        };
-        let arguments: Option<Vec<Object>> = atom.arguments.iter().map(object).collect();
-        Some((atom.predicate, arguments?))
+        Some((atom.predicate, objects(&atom.arguments)?))
     }
 
     /// Lets every path begin with one action that has these effects, if there are any. No other action is possible, and
