@@ -242,9 +242,10 @@ def main() -> None:
     unused = sorted(str(name) for names in UNUSED.values() for name in names)
     if unused:
         sys.exit(f"no class has {', '.join(unused)}: remove them from the tables of stub.py")
-    if "--check" in sys.argv and text != STUB.read_text(encoding="utf-8"):
+    if "--check" not in sys.argv:
+        STUB.write_text(text, encoding="utf-8")
+    elif text != STUB.read_text(encoding="utf-8"):
         sys.exit(f"{STUB} is stale: run `python stub.py`")
-    STUB.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
