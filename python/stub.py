@@ -31,7 +31,15 @@ from numpy.typing import NDArray
 from typing_extensions import TypeAlias
 
 from ._answers import Answer
-from .reports import CheckReport, SimulatePlaysCommits, SimulatePlaysValue, StrategyStatesAttains, ValuesStates
+from .reports import (
+    CheckReport,
+    CompareReport,
+    PolicyReport,
+    SimulatePlaysCommits,
+    SimulatePlaysValue,
+    StrategyStatesAttains,
+    ValuesStates,
+)
 
 _Value: TypeAlias = bool | int | str
 _State: TypeAlias = Mapping[str, _Value]
@@ -72,12 +80,14 @@ ARGUMENTS = {
     "progress": "_Progress | None", "safety": "_Safety", "scope": "_Scope", "state": "_State",
     "states": "Sequence[_State] | None", "timeout": "_Timeout | None", "values": "_Value", "where": "_State | None",
     "which": "_Which",
-    "Analysis.kind": "_StrategyKind | None", "Dump.where": "str | None",
+    "Analysis.explicit_files.format": 'Literal["explicit", "drn", "umb"]', "Analysis.kind": "_StrategyKind | None", "Dump.where": "str | None",
     "Exploration.condition": "str | _State | None", "Exploration.target": "Region | str | _State",
     "Levels.index": "int | slice", "Model._restore.archive": "bytes | None", "Model._restore.bounds": "str",
     "Model._restore.constants": "str", "Model.from_transitions.actions": "Sequence[str] | None",
     "Model.from_transitions.states": "Sequence[Any] | None", "Model.labels": "Mapping[str, _States] | None",
-    "Model.players": "str | int", "Model.rewards": "Mapping[str, Any] | None", "Model.source": "_Path | bytes",
+    "Model.players": "str | int", "Model.policy": "_Path | dict[str, Any] | list[Any]",
+    "Model.ask.policy": "bool", "Model.simulate_policy.preferences": "Preferences | _Path | None",
+    "Model.verify_policy.preferences": "Preferences | _Path | None", "Model.rewards": "Mapping[str, Any] | None", "Model.source": "_Path | bytes",
     "Model.start": "_States | None", "Model.transitions": "_Transitions", "Preferences.empty": "_Empty",
     "Preferences.history": 'Literal["state", "play"] | None', "Preferences.objectives": "dict[str, str]",
     "Preferences.prefer": "Sequence[str | tuple[str, str]] | None", "Preferences.require": "Sequence[str] | None",
@@ -108,7 +118,7 @@ RESULTS = {
     "order": "list[str] | None", "players": "tuple[str, ...]", "positive": "dict[str, Region]", "rank": "_Rank",
     "requirements": "tuple[str, ...]", "safety": "_Safety", "sample": "list[dict[str, Any]]", "scope": "_Scope",
     "state": "dict[str, Any]", "states": "list[dict[str, Any]]", "successors": "_Successors",
-    "to_dict": "CheckReport", "type": 'Literal["int", "bool"]', "uncertified": "tuple[str, ...]",
+    "to_dict": "CheckReport", "verify_policy": "PolicyReport", "simulate_policy": "PolicyReport", "policy": "dict[str, Any]", "type": 'Literal["int", "bool"]', "uncertified": "tuple[str, ...]",
     "usage": "dict[str, int]",
     "Action.successors": "tuple[Successor, ...]", "Analysis.counts": "dict[str, int] | None",
     "Analysis.improvement": "dict[str, int] | None", "Analysis.target": "dict[str, Region]",
@@ -116,7 +126,7 @@ RESULTS = {
     "Explanation.achieved": "tuple[str, ...]", "Explanation.actions": "tuple[Action, ...]",
     "Exploration.counts": "dict[str, int]", "Exploration.players": "dict[str, Region]",
     "Exploration.states": "Region", "Levels.__iter__": "Iterator[Region]", "Levels.kind": 'Literal["sasi", "spi"]',
-    "Levels.regions": "tuple[Region, ...]", "Levels.to_numpy": "NDArray[np.float64]", "Model.actions": "list[str]",
+    "Levels.regions": "tuple[Region, ...]", "Levels.to_numpy": "NDArray[np.float64]", "Model.actions": "list[str]", "Model.compare": "CompareReport",
     "Model.kind": 'Literal["mdp", "dtmc", "smg"]', "Model.variables": "dict[str, Variable]",
     "Region.to_numpy": "NDArray[np.bool_]", "Shield.pursues": "tuple[str, ...]",
     "Shield.safety": 'Literal["action", "prefix"]', "Simulation.achieved": "dict[str, NDArray[np.int64]]",

@@ -265,8 +265,8 @@ pub mod commands {
     #[doc(inline)]
     #[cfg(feature = "output")]
     pub use crate::embed::{
-        GivenPolicy, Kept, PageRun, PolicyForm, Work, check, compare, dump_files, explicit_files,
-        region_dump, strategies, values,
+        GivenPolicy, Kept, PageRun, PolicyAim, Work, check, compare, dump_files, explicit_files, region_dump,
+        strategies, values,
     };
     #[doc(inline)]
     pub use crate::embed::{listed, strategy_of};
@@ -290,7 +290,8 @@ pub mod output {
     pub use meliora_report::columns::Row;
     #[doc(inline)]
     pub use meliora_report::{
-        CheckReport, Failure, Header, Number, ReachReport, Report, Style, check, choose, page, reason, schema,
+        CheckReport, CompareReport, Failure, Header, Number, PolicyReport, ReachReport, Report, Style, check,
+        choose, page, policy_report, reason, schema,
     };
 }
 

@@ -1,6 +1,5 @@
 //! Analyses under preferences.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use meliora::advanced::names::{RegionName, members};
@@ -23,7 +22,7 @@ use crate::region::Region;
 use crate::strategy::Strategy;
 use crate::values::{counts_dict, plain};
 use crate::worker::Call;
-use crate::{display, dump, options};
+use crate::{display, options};
 
 /// The result of `Model.check`: the states from which improvements are possible or sure, and how
 /// many.
@@ -33,8 +32,8 @@ use crate::{display, dump, options};
 /// returns the strategies. Several threads may use an analysis: their calls take turns.
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Analysis {
-    handle: Handle,
-    origin: Arc<Origin>,
+    pub(crate) handle: Handle,
+    pub(crate) origin: Arc<Origin>,
 }
 
 /// The objects and options of an analysis.
@@ -403,27 +402,6 @@ impl Analysis {
         let wanted = Wanted { levels, reward: Some(reward.to_owned()), ..Wanted::default() };
         let states = if fits.is_some() { self.handle.states(py, states)? } else { Vec::new() };
         Strategy::new((py, &call), &self.handle, (kind, objective), choose, states, wanted)
-    }
-
-    /// Writes all regions and strategies as decision diagrams into a folder, with a certificate, as
-    /// `meliora export` does. `Dump` reads them, and `verify` checks them. An older dump is replaced.
-    ///
-    /// Raises:
-    ///     OSError: The folder contains something else, or cannot be written.
-    #[pyo3(signature = (folder, *, timeout=None, progress=None))]
-    fn export(
-        &self,
-        py: Python<'_>,
-        folder: PathBuf,
-        timeout: Option<&Bound<'_, PyAny>>,
-        progress: Option<Py<PyAny>>,
-    ) -> PyResult<()> {
-        dump::export(
-            (py, &Call::new(timeout, progress)?),
-            &self.handle,
-            self.origin.preferences.get(),
-            folder,
-        )
     }
 
     /// Returns the report of `meliora check --json` as a dictionary; its counts are decimal

@@ -248,7 +248,12 @@ fn selection(settings: &Settings, is_any: bool) -> Selection {
 }
 
 /// Returns the exception for a limit, with the answers so far.
-fn ended(py: Python<'_>, space: &Space, limit: Limit, (name, answers): (&str, Py<PyAny>)) -> PyErr {
+pub(crate) fn ended(
+    py: Python<'_>,
+    space: &Space,
+    limit: Limit,
+    (name, answers): (&str, Py<PyAny>),
+) -> PyErr {
     let failure = Failure::of(limit.into()).at(space.worker.supervisor.position());
     failure.raise_with(py, |_| {
         let known = PyDict::new(py);

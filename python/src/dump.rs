@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use serde_json::to_string;
 
-use crate::errors::{unpicklable, usage};
+use crate::errors::unpicklable;
 use crate::model::Model;
 use crate::options;
 use crate::preferences;
@@ -204,21 +204,4 @@ pub(crate) fn verify(
         violation: verdict.violation.map(|violation| violation.condition.to_string()),
         state: state.map(Bound::unbind),
     })
-}
-
-/// Writes the dump of an analysis.
-///
-/// # Errors
-/// `UsageError`, `OSError`, or a limit is reached.
-pub(crate) fn export(
-    (py, call): (Python<'_>, &Call),
-    handle: &crate::handle::Handle,
-    preferences: &crate::preferences::Preferences,
-    folder: PathBuf,
-) -> PyResult<()> {
-    if folder.as_os_str().is_empty() {
-        return Err(usage("the dump needs the name of a folder"));
-    }
-    let source = Arc::clone(&preferences.source);
-    handle.call(py, call, "export", move |analysis| analysis.export(&source, &folder))
 }

@@ -9,7 +9,7 @@
 //! - `files`, `values`, `worker`
 //! - `options`, `preferences`, `region`
 //! - `explanation`, `handle`, `shield`, `simulation`
-//! - `strategy`, `levels`, `analysis`, `exploration`, `model`, `dump`, `sweep`, each of which may use the others
+//! - `strategy`, `levels`, `analysis`, `exploration`, `model`, `asking`, `policies`, `dump`, `export`, `sweep`, each of which may use the others
 
 mod analysis;
 mod arrays;
@@ -19,12 +19,14 @@ mod dump;
 mod errors;
 mod explanation;
 mod exploration;
+mod export;
 mod files;
 mod handle;
 mod levels;
 mod model;
 mod options;
 mod play;
+mod policies;
 mod preferences;
 mod progress;
 mod region;

@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use meliora::commands::strategies::PolicyNodes;
 use meliora::model::State;
 use meliora::output::choose::{Attains, Comparison};
 use meliora::output::reason::Words;
@@ -32,6 +33,8 @@ use crate::{arrays, options};
 #[pyclass(frozen, module = "meliora")]
 pub(crate) struct Strategy {
     shared: SharedStrategy,
+    /// The analysis that it comes from, and the objective that the user named.
+    origin: (Handle, Option<String>),
 }
 
 /// The data shared by a strategy and its runs.
@@ -187,7 +190,8 @@ impl Strategy {
         states: Vec<State>,
         wanted: Wanted,
     ) -> PyResult<Self> {
-        let found = handle.call(py, call, "strategy", move |analysis| {
+        let origin = (handle.clone(), objective.clone());
+        let (inner, chooser) = handle.call(py, call, "strategy", move |analysis| {
             let levels = choose.levels(kind);
             if analysis.levels(levels).end.is_none() {
                 let message = format!("the levels of {levels} are not known: `resume` the analysis first");
@@ -197,16 +201,9 @@ impl Strategy {
             let chooser = analysis.choose_by(&mut strategy, choose, &states, &wanted)?;
             Ok((strategy, chooser))
         })?;
-        Ok(Strategy::of(handle, choose, found))
-    }
-
-    fn of(
-        handle: &Handle,
-        choose: Choose,
-        (inner, chooser): (meliora::Strategy, Option<Arc<dyn ValuedRule>>),
-    ) -> Self {
-        let (kind, inner) = (inner.kind(), Arc::new(Mutex::new(inner)));
-        Strategy { shared: SharedStrategy { kind, inner, choose, chooser, space: handle.space.clone() } }
+        let inner = Arc::new(Mutex::new(inner));
+        let shared = SharedStrategy { kind, inner, choose, chooser, space: handle.space.clone() };
+        Ok(Strategy { shared, origin })
     }
 }
 
@@ -326,6 +323,45 @@ impl Strategy {
         let (call, inner) = (Call::new(timeout, progress)?, Arc::clone(&self.shared.inner));
         let work = move || meliora::Shield::new(&mut lock(&inner), limit);
         Shield::new(py, self.shared.space.worker.phase(py, &call, "shield", work)?)
+    }
+
+    /// Returns a policy with memory, as `meliora strategy --policy` writes it: a dictionary that `Model.verify_policy`
+    /// checks, and `json.dump` writes. Paths start in the initial states, where it promises what the kind of the
+    /// strategy says.
+    ///
+    /// Args:
+    ///     picks: "progress" for one action in each state, "permissive" for all permitted ones.
+    ///     everywhere: Paths may start in all states of the scope from which the strategy does something sure.
+    ///     limit: Maximum number of states with memory.
+    ///     timeout, progress: As in `Model.explore`.
+    ///
+    /// Raises:
+    ///     UsageError: No policy keeps the promise from the initial states, or the safety mode is "transition".
+    ///     TooLarge: There are more than `limit` states with memory.
+    #[pyo3(signature = (*, picks="progress", everywhere=false, limit=1_000_000, timeout=None, progress=None))]
+    fn policy(
+        &self,
+        py: Python<'_>,
+        picks: &str,
+        everywhere: bool,
+        limit: i128,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Py<PyAny>> {
+        let (scheduler, limit) = (options::picks(picks)?, options::count("limit", limit)?);
+        let (call, inner) = (Call::new(timeout, progress)?, Arc::clone(&self.shared.inner));
+        let (handle, objective) = self.origin.clone();
+        let text = handle.call(py, &call, "strategy", move |analysis| {
+            let (program, objective) = (analysis.program(), objective.as_deref());
+            let nodes = PolicyNodes { program, objective, scheduler, all: everywhere, limit };
+            let mut text = String::new();
+            nodes.write(analysis, &mut lock(&inner), &mut |piece| {
+                text.push_str(piece);
+                Ok(())
+            })?;
+            Ok(text)
+        })?;
+        plain(py, Ok(text))
     }
 
     /// Starts a run in a state; it keeps the memory of the strategy.

@@ -60,3 +60,23 @@ def test_another_model_is_refused(tmp_path: Path) -> None:
         model.check(wishes).export(tmp_path / "other")
     with pytest.raises(OSError):
         meliora.Dump(tmp_path / "nowhere")
+
+
+def test_the_states_one_by_one_are_files_of_other_programs() -> None:
+    drone = meliora.Model.from_file(MODELS / "drone.prism")
+    found = drone.check(MODELS / "drone.pref")
+    states = found.counts["states"] if found.counts else 0
+    drn = found.explicit_files()
+    assert list(drn) == ["model.drn"]
+    again = meliora.Model.from_string(drn["model.drn"].decode())
+    assert again.explore().states.count() == states
+    assert set(found.explicit_files("explicit")) == {"model.tra", "model.sta", "model.lab"}
+    umb = found.explicit_files("umb")["model.umb"]
+    assert meliora.Model.from_umb(umb).explore().states.count() == states
+    induced = found.explicit_files("drn", "sasi:progress")
+    assert set(induced) == {"sasi-progress.drn", "sasi-progress.csv"}
+    with pytest.raises(meliora.TooLarge):
+        found.explicit_files(limit=2)
+    for wrong, message in ((("storm", None), "format="), (("drn", "best"), "strategy=")):
+        with pytest.raises(meliora.UsageError, match=message):
+            found.explicit_files(*wrong)

@@ -14,9 +14,6 @@ use super::load::{document, parsed, parsed_for, required};
 use super::options::ModelArgs;
 use super::progress::TerminalSink;
 
-/// The refusal of a question that means the goal of a problem without one.
-pub(super) const NO_GOAL: &str = "this problem has no goal that must hold: `--target EXPR` gives one; `check` judges preferences, and `--property` asks about rewards";
-
 /// The questions of the command line as texts.
 pub(super) struct Texts<'a> {
     pub(super) target: Option<&'a str>,
@@ -97,7 +94,7 @@ pub(super) fn planned(
 fn properties<'t>(program: &Program, named: &[Property], texts: &Texts<'t>) -> Result<Vec<&'t str>, Error> {
     match (texts.properties, list::of_goal(program)) {
         ([], Some(goal)) => Ok(vec![goal]),
-        ([], None) if program.planning.is_some() => Err(Error::Usage(NO_GOAL.to_owned())),
+        ([], None) if program.planning.is_some() => Err(Error::Usage(list::NO_GOAL.to_owned())),
         ([], None) => Err(without_question(named)),
         (properties, _) => Ok(properties.iter().map(String::as_str).collect()),
     }

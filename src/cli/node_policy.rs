@@ -47,11 +47,7 @@ impl NodePolicyWriter {
                 "a policy of this kind is about preferences: name a preference file after the model";
             return Err(Error::Usage(message.to_owned()));
         }
-        if self.preferences.options().safety.drops_successors() {
-            let message = "under `--safety transition`, actions of the strategy may weaken, so no policy is written: \
-                           choose `prefix` or `action`";
-            return Err(Error::Usage(message.to_owned()));
-        }
+        PolicyNodes::check_safety(self.preferences.options().safety)?;
         let header = self.engine.header(self.preferences.header(&self.model));
         let report = StrategyReport::of_kind(header, self.kind, self.choose.shown());
         let out = Target::new(&self.policy, &self.preferences.inputs(&self.model))?;
@@ -94,8 +90,8 @@ impl NodePolicyWriter {
         let objective = self.choose.objective();
         let mut strategy =
             self.choose.wanted(self.kind, task, &job.sink)?.strategy(analysis, &task.program)?;
-        let nodes =
-            PolicyNodes { task, objective, scheduler: self.scheduler, all: self.all, limit: self.limit };
+        let (program, scheduler) = (&*task.program, self.scheduler);
+        let nodes = PolicyNodes { program, objective, scheduler, all: self.all, limit: self.limit };
         let mut pieces = out.pieces()?;
         let size = nodes.write(analysis, &mut strategy, &mut |text| pieces.push(text))?;
         pieces.finish()?;

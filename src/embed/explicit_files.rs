@@ -55,6 +55,29 @@ pub enum ExplicitFormat {
     Umb,
 }
 
+impl ExplicitFormat {
+    /// All formats.
+    pub const ALL: &[ExplicitFormat] = &[ExplicitFormat::Explicit, ExplicitFormat::Drn, ExplicitFormat::Umb];
+
+    /// Returns its name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            ExplicitFormat::Explicit => "explicit",
+            ExplicitFormat::Drn => "drn",
+            ExplicitFormat::Umb => "umb",
+        }
+    }
+}
+
+impl FromStr for ExplicitFormat {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let found = ExplicitFormat::ALL.iter().copied().find(|format| format.name() == text);
+        found.ok_or_else(|| "expected `explicit`, `drn` or `umb`".to_owned())
+    }
+}
+
 /// The files that are wanted.
 #[derive(Debug, Clone)]
 pub struct ExplicitFiles {

@@ -64,7 +64,7 @@ pub use named_states::{NamedStates, listed};
 #[cfg(feature = "output")]
 pub use page::PageRun;
 #[cfg(feature = "output")]
-pub use policies::{GivenPolicy, PolicyForm};
+pub use policies::{GivenPolicy, PolicyAim};
 pub use projection::Projection;
 pub use quantities::Wanted;
 pub use record::{Record, RecordedRun};

@@ -82,6 +82,9 @@ pub fn list(
     Ok((planner.finish(), entries))
 }
 
+/// The refusal of a question that means the goal of a problem without one.
+pub const NO_GOAL: &str = "this problem has no goal that must hold: `--target EXPR` gives one; `check` judges preferences, and `--property` asks about rewards";
+
 /// Returns the question of a planning problem: whether a strong cyclic plan exists; `None` without a goal that must hold.
 pub fn of_goal(program: &Program) -> Option<&'static str> {
     let planning = program.planning.as_ref()?;

@@ -131,10 +131,13 @@ pub struct PolicyStep {
 pub type PolicyReport = Envelope<PolicyFindings>;
 
 impl PolicyReport {
-    /// Creates a report without results.
-    pub fn of_file(header: Header, policy: &str, is_check: bool) -> Self {
-        let accepted = is_check.then_some(None);
-        Envelope::of(header, PolicyFindings { policy: policy.to_owned(), accepted, ..Default::default() })
+    /// Creates a report without results: of a check, or of runs.
+    pub fn of_file(header: Header, policy: &str, runs: Option<PolicyRuns>) -> Self {
+        let accepted = runs.is_none().then_some(None);
+        Envelope::of(
+            header,
+            PolicyFindings { policy: policy.to_owned(), accepted, runs, ..Default::default() },
+        )
     }
 
     /// Adds the result of a check.

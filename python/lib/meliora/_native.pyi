@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 from typing_extensions import TypeAlias
 
 from ._answers import Answer
-from .reports import CheckReport, SimulatePlaysCommits, SimulatePlaysValue, StrategyStatesAttains, ValuesStates
+from .reports import (
+    CheckReport,
+    CompareReport,
+    PolicyReport,
+    SimulatePlaysCommits,
+    SimulatePlaysValue,
+    StrategyStatesAttains,
+    ValuesStates,
+)
 
 _Value: TypeAlias = bool | int | str
 _State: TypeAlias = Mapping[str, _Value]
@@ -100,6 +108,20 @@ class Analysis:
     @property
     def engine(self) -> _Storage:
         """`"symbolic"` or `"explicit"`."""
+    def explicit_files(self, format: Literal['explicit', 'drn', 'umb']='drn', strategy: str | None=None, *, objective: str | None=None, limit: int=1000000, timeout: _Timeout | None=None, progress: _Progress | None=None) -> dict[str, bytes]:
+        """Returns the states one by one for other programs, as `meliora export --format` writes them: the content of each
+        file by its name.
+
+        Args:
+            format: "explicit" (PRISM's `.tra`, `.sta`, `.lab`), "drn" (Storm) or "umb".
+            strategy: The strategy whose induced model is written, such as "sasi" or "plan:progress", with a table of its
+                actions; None for the model itself.
+            objective: The objective of the strategy "achieve".
+            limit: Maximum number of states.
+            timeout, progress: As in `Model.explore`.
+
+        Raises:
+            TooLarge: There are more than `limit` states."""
     @property
     def exploration(self) -> Exploration:
         """The exploration that is analysed. With `history = play` its states have the variables of the
@@ -503,6 +525,16 @@ class Model:
     def coalition(self) -> tuple[str, ...]:
         """The players that we are; all others are the opponent. Unless `with_coalition` named them, a
         preference file may name others."""
+    def compare(self, preferences: Preferences | _Path, *, membership: int=100000, scope: _Scope='reachable', safety: _Safety='prefix', max_level: int | None=None, memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> CompareReport:
+        """Analyses the preferences with both engines and compares the results, as `meliora compare` does.
+
+        Args:
+            preferences: A Preferences, or the path of a preference file.
+            membership: The maximum number of states for the comparison of each state in each region.
+            safety, max_level, scope, memory, order, timeout, progress: As in `check`.
+
+        Returns:
+            The report of `meliora compare --json`, without times: `equal`, and the first `difference`."""
     @property
     def constants(self) -> dict[str, bool | int | float]:
         """All constants with their values, in the order of declaration."""
@@ -624,6 +656,21 @@ class Model:
 
         Raises:
             InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`."""
+    def simulate_policy(self, policy: _Path | dict[str, Any] | list[Any], *, target: str | None=None, preferences: Preferences | _Path | None=None, runs: int=1000, steps: int=1000, seed: int=1, memory: int | str | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> PolicyReport:
+        """Runs a policy from the initial states, as `meliora simulate --policy` does.
+
+        Args:
+            policy, target, preferences: As in `verify_policy`.
+            runs: The number of runs.
+            steps: A run is given up after this number of steps.
+            seed: The same seed gives the same runs.
+            memory, timeout, progress: As in `explore`.
+
+        Returns:
+            The report of `meliora simulate --policy --json`; its `runs` count those that kept the promise.
+
+        Raises:
+            InputError: The policy is invalid, or about another model."""
     def state(self, **values: _Value) -> dict[str, Any]:
         """Returns a state as a dictionary: the given values, and the initial values of all other
         variables.
@@ -637,6 +684,23 @@ class Model:
     @property
     def variables(self) -> dict[str, Variable]:
         """The variables by name, in the order of declaration."""
+    def verify_policy(self, policy: _Path | dict[str, Any] | list[Any], *, target: str | None=None, preferences: Preferences | _Path | None=None, strong: bool=False, memory: int | str | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> PolicyReport:
+        """Checks a policy without the code that finds policies, as `meliora verify` does: each state that it visits needs an
+        enabled action, and it must keep what it promises.
+
+        Args:
+            policy: What `ask(policy=True)` or `Strategy.policy` returns, or the path of a file that the command or a planner
+                has written.
+            target: The condition on states that a list of rules reaches; None for the goal of the planning problem.
+            preferences: The preferences that a policy with memory is about, or the path of their file.
+            strong: Each path of a list of rules must reach the target within a bound, too.
+            memory, timeout, progress: As in `explore`.
+
+        Returns:
+            The report of `meliora verify --json`: `accepted`, and the `violation` of a policy that is refused.
+
+        Raises:
+            InputError: The policy is invalid, or about another model."""
     @property
     def warnings(self) -> list[str]:
         """The warnings about the text, each with its place, as text."""
@@ -1112,6 +1176,20 @@ class Strategy:
         This is for start states; use `play` to follow a run."""
     def play(self, state: _State) -> Play:
         """Starts a run in a state; it keeps the memory of the strategy."""
+    def policy(self, *, picks: Literal['permissive', 'progress']='progress', everywhere: bool=False, limit: int=1000000, timeout: _Timeout | None=None, progress: _Progress | None=None) -> dict[str, Any]:
+        """Returns a policy with memory, as `meliora strategy --policy` writes it: a dictionary that `Model.verify_policy`
+        checks, and `json.dump` writes. Paths start in the initial states, where it promises what the kind of the
+        strategy says.
+
+        Args:
+            picks: "progress" for one action in each state, "permissive" for all permitted ones.
+            everywhere: Paths may start in all states of the scope from which the strategy does something sure.
+            limit: Maximum number of states with memory.
+            timeout, progress: As in `Model.explore`.
+
+        Raises:
+            UsageError: No policy keeps the promise from the initial states, or the safety mode is "transition".
+            TooLarge: There are more than `limit` states with memory."""
     def shield(self, *, limit: int=1000000, timeout: _Timeout | None=None, progress: _Progress | None=None) -> Shield:
         """Returns a shield: a table of the permitted actions of all states of the scope, with the
         memory of the strategy. It needs no model, and answers in microseconds.

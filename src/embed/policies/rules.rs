@@ -18,6 +18,8 @@ use meliora_report::{PolicyReport, policy_file};
 pub(super) struct Rules {
     program: Program,
     goal: Predicate,
+    /// Each path reaches the goal within a bound.
+    is_strong: bool,
     rules: List,
     initial: Vec<State>,
 }
@@ -30,7 +32,7 @@ impl Rules {
     pub(super) fn new(
         source: &Arc<SourceFile>,
         program: Program,
-        goal: Predicate,
+        (goal, is_strong): (Predicate, bool),
         sink: &dyn ProgressSink,
     ) -> Result<Self> {
         let initial = initial_states(&program, MOST_STATES, sink)?;
@@ -38,16 +40,16 @@ impl Rules {
             return Err(Error::Usage("the model has no initial state to follow a policy from".to_owned()));
         }
         let rules = policy_file::read(source, &program)?;
-        Ok(Rules { program, goal, rules, initial })
+        Ok(Rules { program, goal, is_strong, rules, initial })
     }
 
     /// Checks the rules.
     ///
     /// # Errors
     /// A limit.
-    pub(super) fn check(&self, work: &dyn Work<PolicyReport>, is_strong: bool) -> Result<()> {
-        let Rules { program, goal, rules, initial } = self;
-        let found = rules.check(program, goal, initial, is_strong, &*work.sink())?;
+    pub(super) fn check(&self, work: &dyn Work<PolicyReport>) -> Result<()> {
+        let Rules { program, goal, rules, initial, .. } = self;
+        let found = rules.check(program, goal, initial, self.is_strong, &*work.sink())?;
         work.update(|r| r.set(program, found));
         Ok(())
     }

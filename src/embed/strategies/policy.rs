@@ -1,18 +1,17 @@
 //! Strategies as policies with memory, for other programs.
 
-use crate::embed::Task;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_engine::Engine;
 use meliora_model::{Program, State};
 use meliora_planning::induced_model::Unfolding;
-use meliora_planning::{Analysis, FiniteMemoryStrategy, Rank, Scheduler, StrategyKind};
+use meliora_planning::{Analysis, FiniteMemoryStrategy, Rank, Safety, Scheduler, StrategyKind};
 use meliora_report::node_file::NodeWords;
 
 /// A strategy that is written as a policy with memory.
 #[derive(Debug, Clone, Copy)]
 pub struct PolicyNodes<'a> {
-    /// The model and the preferences.
-    pub task: &'a Task,
+    /// The model.
+    pub program: &'a Program,
     /// The objective as its user names it, for a strategy that achieves one.
     pub objective: Option<&'a str>,
     /// The permitted actions that it takes.
@@ -35,10 +34,23 @@ pub struct PolicySize {
 }
 
 impl PolicyNodes<'_> {
+    /// Checks that strategies promise something in a safety mode.
+    ///
+    /// # Errors
+    /// The actions of a strategy may weaken.
+    pub fn check_safety(safety: Safety) -> Result<()> {
+        if safety.drops_successors() {
+            let message = "under `--safety transition`, actions of the strategy may weaken, so no policy is written: \
+                           choose `prefix` or `action`";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        Ok(())
+    }
+
     /// Writes the policy, piece by piece. Cost: that of [`FiniteMemoryStrategy::explain`] per node.
     ///
     /// # Errors
-    /// The promise of the kind of the strategy is kept by no policy; there are more nodes than the limit; another limit; the
+    /// See [`PolicyNodes::check_safety`]; the promise of the kind of the strategy is kept by no policy; there are more nodes than the limit; another limit; the
     /// errors of `push`.
     pub fn write<E: Engine>(
         &self,
@@ -46,7 +58,8 @@ impl PolicyNodes<'_> {
         strategy: &mut FiniteMemoryStrategy<E>,
         push: &mut dyn FnMut(&str) -> Result<()>,
     ) -> Result<PolicySize> {
-        let Task { program, preferences, .. } = self.task;
+        let (program, preferences) = (self.program, analysis.preferences());
+        PolicyNodes::check_safety(analysis.options().safety)?;
         let starts = self.starts(analysis, program, strategy)?;
         let words = NodeWords { program, preferences };
         let safety = analysis.options().safety.name();
