@@ -117,7 +117,7 @@ impl Exploration {
     ) -> PyResult<Reachability> {
         let model = model.clone();
         let answer = move || model.ask_by_any(settings, &|explored| explored.reach_where(&question));
-        Reachability::of(py, space, space.worker.phase(py, call, "target", answer)?)
+        Reachability::new(py, space, space.worker.phase(py, call, "target", answer)?)
     }
 
     /// Answers a question about paths that is given as text.
@@ -142,7 +142,7 @@ impl Exploration {
             true => model.reach_stopping_by_any(&question, settings),
             false => model.reach_stopping(&question, settings),
         };
-        Reachability::of(py, space, space.worker.phase(py, call, "target", answer)?)
+        Reachability::new(py, space, space.worker.phase(py, call, "target", answer)?)
     }
 
     /// Computes the regions of a target.
@@ -160,7 +160,7 @@ impl Exploration {
         call: &Call,
         answer: impl FnOnce() -> meliora::Result<Reached> + Send + 'static,
     ) -> PyResult<Reachability> {
-        Reachability::of(py, &self.space, self.space.worker.phase(py, call, "target", answer)?)
+        Reachability::new(py, &self.space, self.space.worker.phase(py, call, "target", answer)?)
     }
 
     /// Returns the states of a condition, or those with some values.
@@ -428,7 +428,7 @@ pub(crate) struct Reachability {
 
 impl Reachability {
     /// Returns an answer; `space` is that of the model without monitors.
-    fn of(py: Python<'_>, space: &Space, found: Reached) -> PyResult<Self> {
+    fn new(py: Python<'_>, space: &Space, found: Reached) -> PyResult<Self> {
         let names = space.names.of_product(py, found.exploration.program());
         let space = Space { worker: Arc::clone(&space.worker), names };
         let region = |states| Py::new(py, space.region(states));

@@ -121,7 +121,7 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
         let given = (values::constants_text(constants)?, values::bounds_text(bounds)?);
-        Model::load(py, Document::of(SourceFile::new(name, text)), given, &Call::new(timeout, progress)?)
+        Model::load(py, Document::new(SourceFile::new(name, text)), given, &Call::new(timeout, progress)?)
     }
 
     /// Reads a planning problem in PDDL: two files, in any order. See `ask` for whether a plan exists.
@@ -220,7 +220,7 @@ impl Model {
         let (given, call) =
             ((transitions, rewards, labels, start, actions, states), Call::new(timeout, progress)?);
         let text: String = py.import("meliora._tables")?.call_method1("drn", given)?.extract()?;
-        Model::load(py, Document::of(SourceFile::new("transitions", text)), Default::default(), &call)
+        Model::load(py, Document::new(SourceFile::new("transitions", text)), Default::default(), &call)
     }
 
     #[staticmethod]
@@ -241,7 +241,7 @@ impl Model {
         let model = match archive {
             Some(bytes) => Model::from_bytes(py, name, &bytes, &Call::plain())?,
             None => {
-                let document = Document::of(SourceFile::new(name, text)).with_beside(beside);
+                let document = Document::new(SourceFile::new(name, text)).with_beside(beside);
                 Model::load(py, document, (constants, bounds), &Call::plain())?
             }
         };

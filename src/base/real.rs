@@ -198,7 +198,7 @@ fn finite(op: Binary, x: &Ratio, y: &Ratio) -> Result<Real, EvalError> {
 
 /// Computes an operation on short fractions, which takes a fraction of the time. `None` for others.
 fn short(op: Binary, x: &Ratio, y: &Ratio) -> Option<Ratio> {
-    Short::combine(op, Short::of(x)?, Short::of(y)?).map(short::ratio)
+    Short::combine(op, Short::new(x)?, Short::new(y)?).map(short::ratio)
 }
 
 /// Returns a fraction, unless it has too many bits.

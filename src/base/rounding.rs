@@ -27,7 +27,7 @@ pub enum Sum {
 
 impl Sum {
     /// Judges a sum of probabilities.
-    pub fn of(sum: &Real) -> Self {
+    pub fn judge(sum: &Real) -> Self {
         let Real::Finite(sum) = sum else { return Sum::Wrong };
         if sum.is_one() {
             return Sum::One;
@@ -47,7 +47,7 @@ impl Sum {
 /// Returns true for a number that may stand at a branch: at least 0, and at most 1 up to the deviation
 /// that is tolerated for sums, as branches with the same target are written as one.
 pub fn is_weight(p: &Real) -> bool {
-    p.is_probability() || p.compare(&Real::from(1)) == Some(Ordering::Greater) && Sum::of(p) != Sum::Wrong
+    p.is_probability() || p.compare(&Real::from(1)) == Some(Ordering::Greater) && Sum::judge(p) != Sum::Wrong
 }
 
 /// Adds the probabilities of a distribution and judges their sum, which is the second result. If one
@@ -66,7 +66,7 @@ pub fn judged(
         }
         sum = Real::combine(Binary::Add, &sum, &p)?;
     }
-    Ok((Sum::of(&sum), sum))
+    Ok((Sum::judge(&sum), sum))
 }
 
 #[cfg(test)]
@@ -85,12 +85,12 @@ mod tests {
             ("0.99999", Sum::Rounded),
             ("0.9999", Sum::Wrong),
         ] {
-            assert_eq!(Sum::of(&Real::Finite(decimal(sum).unwrap())), expected, "{sum}");
+            assert_eq!(Sum::judge(&Real::Finite(decimal(sum).unwrap())), expected, "{sum}");
         }
         for (sum, expected) in
             [(0.1 + 0.2 + 0.7, Sum::One), (3.0 * 0.333333, Sum::Rounded), (f64::NAN, Sum::Wrong)]
         {
-            assert_eq!(Sum::of(&Real::from(sum)), expected, "{sum}");
+            assert_eq!(Sum::judge(&Real::from(sum)), expected, "{sum}");
         }
     }
 }

@@ -27,7 +27,7 @@ impl Short {
     pub const ONE: Short = Short { numerator: 1, denominator: 1 };
 
     /// Returns a fraction; `None` if it is too long.
-    pub fn of(x: &Ratio) -> Option<Short> {
+    pub fn new(x: &Ratio) -> Option<Short> {
         Some(Short { numerator: x.numer().to_i32()?, denominator: x.denom().to_i32()? })
     }
 
@@ -122,7 +122,7 @@ mod tests {
     }
 
     fn short() -> Vec<(Short, Ratio)> {
-        all().into_iter().filter_map(|x| Some((Short::of(&x)?, x))).collect()
+        all().into_iter().filter_map(|x| Some((Short::new(&x)?, x))).collect()
     }
 
     #[test]

@@ -33,7 +33,7 @@ pub(super) fn secured(
     let mut all = checker.engine.no_states();
     for (case, disjunct) in condition.disjuncts()?.iter().enumerate() {
         let secured =
-            SecuredRegion::of(checker, RegionName::Secured(objective.to_owned(), case + 1), disjunct)?;
+            SecuredRegion::new(checker, RegionName::Secured(objective.to_owned(), case + 1), disjunct)?;
         secured.inside(checker)?;
         secured.outside(checker)?;
         all = checker.engine.union(&all, &secured.region)?;
@@ -56,7 +56,7 @@ struct SecuredRegion {
 }
 
 impl SecuredRegion {
-    fn of(checker: &Checker<'_>, name: RegionName, disjunct: &Disjunct) -> CheckResult<Self> {
+    fn new(checker: &Checker<'_>, name: RegionName, disjunct: &Disjunct) -> CheckResult<Self> {
         let engine = &checker.engine;
         let mut allowed = engine.all_states();
         for (mark, sign) in &disjunct.always {

@@ -25,7 +25,7 @@ pub(crate) enum Status {
 
 impl Status {
     /// Returns the exit status for an error.
-    pub(crate) fn of(error: &Error) -> Self {
+    pub(crate) fn for_error(error: &Error) -> Self {
         match error {
             Error::Usage(_) | Error::ForeignSet => Status::Usage,
             Error::Limit(Limit::Interrupted) => Status::Interrupted,

@@ -64,7 +64,7 @@ fn show_flat(args: &InfoArgs) -> Result<Status, Error> {
     let args = args.clone();
     supervise(FlatReport::default(), limits, &shown, move |job| {
         let program = Arc::new(load::parsed(&args.model, &job.sink)?.into_program());
-        let flat = Flat::of(&program)?;
+        let flat = Flat::new(&program)?;
         job.update(|r| r.flat = Some(flat));
         Ok(())
     })
@@ -103,7 +103,7 @@ fn count<E: Engine>(
     program: &Program,
     overlap: Option<&Predicate>,
 ) -> Result<(), Error> {
-    let counts = job.timed("count", || ModelCounts::of(engine), |r, s| r.time.add("count", s))?;
+    let counts = job.timed("count", || ModelCounts::count(engine), |r, s| r.time.add("count", s))?;
     engines::warn_of_states(&job.sink, engine, program, &counts.deadlocks, overlap)?;
     let players = PlayerSummary::all(program, engine)?;
     job.update(|r| {

@@ -150,7 +150,7 @@ fn fail(error: &Error, form: Form) -> Status {
     if !terminal::has_printed() && terminal::print_failure(&failure, form).is_err() {
         return Status::Limit;
     }
-    Status::of(error)
+    Status::for_error(error)
 }
 
 /// Parses the arguments, in which options of PRISM may stand for ours.

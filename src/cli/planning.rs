@@ -28,7 +28,7 @@ enum Looks {
 }
 
 impl Looks {
-    fn of(arg: &OsString) -> Self {
+    fn guess(arg: &OsString) -> Self {
         let path = Path::new(arg);
         let is_named = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("pddl"));
         if arg == "-" {
@@ -68,7 +68,7 @@ pub(super) fn with_problems(args: Vec<OsString>) -> Vec<OsString> {
     // How the last argument looks; as another file once it has its second half.
     let mut last = Looks::Other;
     for arg in args {
-        let own = Looks::of(&arg);
+        let own = Looks::guess(&arg);
         if last.pairs_with(own) {
             named.push(SECOND.into());
             last = Looks::Other;

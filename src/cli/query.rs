@@ -122,7 +122,7 @@ fn work(job: &Job<QueryReport>, args: &QueryArgs, csv: Option<&Target>) -> Resul
         let state = archive.state(text)?;
         let member = archive.member(&selected, &state)?;
         let found = Contained {
-            state: Valuation::of(archive.program(), &state),
+            state: Valuation::new(archive.program(), &state),
             contained: member.is_some(),
             choices: member.and_then(|m| m.choices),
         };

@@ -228,7 +228,7 @@ where
             report.fail(advice::failure(&error));
             show(&*report, shown)?;
             terminal::show_error(&error, sink.position().as_deref());
-            Ok(Status::of(&error))
+            Ok(Status::for_error(&error))
         }
         Err(Failure::Error(error)) => Err(error),
         Err(Failure::Cancelled(never)) => match never {},

@@ -45,7 +45,7 @@ pub struct Reached {
 
 impl Reached {
     /// Answers a question about a program; the engine is that of its goal.
-    pub(super) fn of(
+    pub(super) fn new(
         asking: &Asking,
         program: &Arc<Program>,
         engine: AnyEngine,
@@ -54,7 +54,7 @@ impl Reached {
     ) -> Result<Self> {
         let goal = &asking.goal;
         let engine = asking.played(&engine)?.unwrap_or(engine);
-        let of = |set| States::of(&engine, set);
+        let of = |set| States::new(&engine, set);
         let mut search = goal.search(&engine)?;
         let target = of(search.goal()?);
         let found = search.all()?;
@@ -66,13 +66,13 @@ impl Reached {
             holds: answer.holds,
             value: answer.value,
             regions: goal.restricted(&engine, found)?.map(of),
-            exploration: Exploration::of(engine.clone(), named),
+            exploration: Exploration::new(engine.clone(), named),
         })
     }
 }
 
 impl Exploration {
-    pub(super) fn of(engine: AnyEngine, named: Option<Vec<bool>>) -> Self {
+    pub(super) fn new(engine: AnyEngine, named: Option<Vec<bool>>) -> Self {
         Exploration { engine, named }
     }
 
@@ -88,7 +88,7 @@ impl Exploration {
 
     /// Counts the states, choices, transitions and so on. Cost: no image.
     pub fn counts(&self) -> Result<ModelCounts> {
-        ModelCounts::of(&self.engine)
+        ModelCounts::count(&self.engine)
     }
 
     /// Returns the resources used by the engine so far.
@@ -98,24 +98,24 @@ impl Exploration {
 
     /// Returns all states of the scope.
     pub fn states(&self) -> States {
-        States::of(&self.engine, self.engine.all_states())
+        States::new(&self.engine, self.engine.all_states())
     }
 
     /// Returns the initial states.
     pub fn initial(&self) -> States {
-        States::of(&self.engine, self.engine.initial_states())
+        States::new(&self.engine, self.engine.initial_states())
     }
 
     /// Returns the states without an enabled command.
     pub fn deadlocks(&self) -> States {
-        States::of(&self.engine, self.engine.deadlock_states())
+        States::new(&self.engine, self.engine.deadlock_states())
     }
 
     /// Returns the players of a game, each with the states in which it chooses; empty for other models.
     /// A deadlock belongs to nobody. Cost: explicitly one test per state and player.
     pub fn players(&self) -> Vec<(Player, States)> {
         let names = self.program().players.iter().flat_map(|players| &players.list);
-        let states = self.engine.player_states().into_iter().map(|own| States::of(&self.engine, own));
+        let states = self.engine.player_states().into_iter().map(|own| States::new(&self.engine, own));
         let of = |((player, ours), own): ((&Player, bool), States)| {
             (Player { name: player.name.clone(), ours }, own)
         };
@@ -124,7 +124,7 @@ impl Exploration {
 
     /// Returns the states of a game in which the opponent chooses; ∅ for other models.
     pub fn theirs(&self) -> States {
-        States::of(&self.engine, self.engine.theirs().unwrap_or_else(|| self.engine.no_states()))
+        States::new(&self.engine, self.engine.theirs().unwrap_or_else(|| self.engine.no_states()))
     }
 
     /// Returns the player that chooses in a state of the scope; `None` for deadlocks, and if the model is not
@@ -163,7 +163,7 @@ impl Exploration {
         let source = SourceFile::new("condition", condition);
         let tree = lang::parse_expression(&source)?;
         let condition = lang::lower_target(self.program(), &source, &tree)?;
-        Ok(States::of(&self.engine, self.engine.states_where(&condition)?))
+        Ok(States::new(&self.engine, self.engine.states_where(&condition)?))
     }
 
     /// Returns the set of one state; empty if the state is not in the scope.
@@ -175,7 +175,7 @@ impl Exploration {
         if state.len() != variables {
             return Err(Error::Usage(format!("a state has {variables} values here, not {}", state.len())));
         }
-        Ok(States::of(&self.engine, self.engine.singleton(state)?))
+        Ok(States::new(&self.engine, self.engine.singleton(state)?))
     }
 
     /// Computes the states from which some strategy, and from which every strategy, reaches a
@@ -186,7 +186,7 @@ impl Exploration {
     /// The target belongs to another exploration; a limit is reached.
     pub fn reach(&self, target: &States) -> Result<Regions<States>> {
         let found = regions(&self.engine, target.set())?;
-        Ok(found.map(|set| States::of(&self.engine, set)))
+        Ok(found.map(|set| States::new(&self.engine, set)))
     }
 
     /// Answers a question about paths: a target `x = 3`, a formula `F x = 3`, or a property
@@ -213,7 +213,7 @@ impl Exploration {
             None => self.engine.clone(),
             Some(watched) => AnyEngine::new(Arc::clone(&watched.program), self.engine.settings().clone())?,
         };
-        Reached::of(&asking, program, engine, precision, self.named.clone())
+        Reached::new(&asking, program, engine, precision, self.named.clone())
     }
 
     /// Prepares an analysis under the preferences of a text, without computing anything. With

@@ -46,12 +46,12 @@ impl Model {
     /// # Errors
     /// The text is invalid; each error has its place.
     pub fn parse(text: impl Into<String>, constants: &str) -> Result<Self> {
-        Self::of(&Document::of(SourceFile::new("model", text)), constants)
+        Self::of(&Document::new(SourceFile::new("model", text)), constants)
     }
 
     fn of(document: &Document, constants: &str) -> Result<Self> {
         let constants = SourceFile::new("constants", constants);
-        let given = Given::of(&constants);
+        let given = Given::constants_only(&constants);
         Self::loaded(document, &given, &NoProgress)
     }
 
@@ -61,7 +61,7 @@ impl Model {
     /// # Errors
     /// A text is invalid (each error has its place); a limit is reached.
     pub fn given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSink) -> Result<Self> {
-        Self::loaded(&Document::of(Arc::clone(source)), given, sink)
+        Self::loaded(&Document::new(Arc::clone(source)), given, sink)
     }
 
     /// Reads a document with values for its constants and bounds for its variables, as
@@ -157,7 +157,7 @@ impl Model {
         ask: &(dyn Fn(&Exploration) -> Result<T> + Sync),
     ) -> Result<T> {
         let by_states = |_: &Racer, engine: AnyEngine| ask(&self.explored(engine)?);
-        Selection::open().answer(&self.program, settings, &RacedQuestion::of(&by_states))
+        Selection::open().answer(&self.program, settings, &RacedQuestion::new(&by_states))
     }
 
     /// Runs a whole analysis by the first of several ways to end, as [`Model::ask_by_any`]. The listener hears the
@@ -175,7 +175,7 @@ impl Model {
     ) -> Result<(Analysis, Option<Limit>)> {
         let partial = Partial { found: Arc::default(), sink: Arc::clone(&settings.sink), leads: false };
         let by_states = |own: &Partial, engine: &Arc<AnyEngine>| {
-            let explored = Exploration::of(AnyEngine::clone(engine), self.named.clone());
+            let explored = Exploration::new(AnyEngine::clone(engine), self.named.clone());
             let mut analysis = explored.prefer(preferences, options)?;
             let heard = &mut |event: Event<'_>| {
                 if own.leads {
@@ -202,7 +202,7 @@ impl Model {
 
     fn explored(&self, engine: AnyEngine) -> Result<Exploration> {
         check_start(&engine, &self.program)?;
-        Ok(Exploration::of(engine, self.named.clone()))
+        Ok(Exploration::new(engine, self.named.clone()))
     }
 
     /// Answers a question about paths, as [`Exploration::reach_where`], in the part of the model that
@@ -225,7 +225,7 @@ impl Model {
     pub fn reach_stopping_by_any(&self, question: &str, settings: Settings) -> Result<Reached> {
         let (program, asking) = self.stopping(question, settings.scope)?;
         let by_states = |_: &Racer, engine: AnyEngine| self.stopped(&program, &asking, engine);
-        Selection::open().answer(asking.goal.program(&program), settings, &RacedQuestion::of(&by_states))
+        Selection::open().answer(asking.goal.program(&program), settings, &RacedQuestion::new(&by_states))
     }
 
     /// Returns the part of the model that decides a question, and the question about it.
@@ -242,7 +242,7 @@ impl Model {
 
     fn stopped(&self, program: &Arc<Program>, asking: &Asking, engine: AnyEngine) -> Result<Reached> {
         check_start(&engine, &self.program)?;
-        Reached::of(asking, program, engine, PRECISION, self.named.clone())
+        Reached::new(asking, program, engine, PRECISION, self.named.clone())
     }
 
     /// Parses a state: `r=2,c=2,d=false`. Missing variables get their initial values.

@@ -38,7 +38,7 @@ impl States {
     pub fn slice(&self, fixed: &[(VarId, i64)]) -> Result<States> {
         let engine = self.engine();
         let set = engine.intersection(&engine.slice(fixed)?, self.set())?;
-        Ok(States::of(engine, set))
+        Ok(States::new(engine, set))
     }
 
     /// Computes for each cell of the plane if X has a state there with the values in `fixed`; all

@@ -21,12 +21,12 @@ impl Analysis {
     /// Returns the states that are analysed: the explored ones, or with `history = play` those of
     /// the product with the monitors. Unsafe states are among them.
     pub fn exploration(&self) -> Exploration {
-        Exploration::of(AnyEngine::clone(self.whole_engine()), self.named.clone())
+        Exploration::new(AnyEngine::clone(self.whole_engine()), self.named.clone())
     }
 
     /// Returns the states that are analysed without the unsafe ones: those of the classes.
     pub fn safe_states(&self) -> States {
-        States::of(self.whole_engine(), self.engine().all_states())
+        States::new(self.whole_engine(), self.engine().all_states())
     }
 
     /// Returns the program, with the targets of the preferences.
@@ -44,13 +44,13 @@ impl Analysis {
     pub fn region(&self, name: impl Into<RegionName>) -> Option<States> {
         let name = name.into();
         let (_, set) = regions(self).into_iter().find(|(own, _)| *own == name)?;
-        Some(States::of(self.whole_engine(), set.clone()))
+        Some(States::new(self.whole_engine(), set.clone()))
     }
 
     /// Returns the states of the levels W_1 ⊋ W_2 ⊋ … of one kind that are known.
     pub fn level_states(&self, kind: Kind) -> Vec<States> {
         let found = &self.levels(kind).found;
-        found.iter().map(|level| States::of(self.whole_engine(), level.states.clone())).collect()
+        found.iter().map(|level| States::new(self.whole_engine(), level.states.clone())).collect()
     }
 
     /// Computes which sets of at least two most preferred objectives of each class one strategy
@@ -73,7 +73,7 @@ impl Analysis {
         let joint = Joint::new(self)?;
         let of_class = |class: &Class<AnyEngine>| {
             let sets = joint.of_class(self.engine(), class)?.into_iter().flatten();
-            let sets = sets.map(|(set, states)| (names(&set), States::of(self.whole_engine(), states)));
+            let sets = sets.map(|(set, states)| (names(&set), States::new(self.whole_engine(), states)));
             Ok((names(&class.most_preferred), sets.collect()))
         };
         classes().map(of_class).collect()

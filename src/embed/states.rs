@@ -22,7 +22,7 @@ pub struct States {
 }
 
 impl States {
-    pub(super) fn of(engine: &AnyEngine, set: AnyStates) -> Self {
+    pub(super) fn new(engine: &AnyEngine, set: AnyStates) -> Self {
         States { engine: engine.clone(), set }
     }
 
@@ -73,7 +73,7 @@ impl States {
     /// # Errors
     /// [`ForeignSet`](meliora_base::error::Error::ForeignSet) if the other set belongs to another exploration; a limit is reached.
     pub fn union(&self, other: &States) -> Result<States> {
-        Ok(States::of(&self.engine, self.engine.union(&self.set, &other.set)?))
+        Ok(States::new(&self.engine, self.engine.union(&self.set, &other.set)?))
     }
 
     /// Returns X ∩ Y.
@@ -81,7 +81,7 @@ impl States {
     /// # Errors
     /// The errors of [`States::union`].
     pub fn intersection(&self, other: &States) -> Result<States> {
-        Ok(States::of(&self.engine, self.engine.intersection(&self.set, &other.set)?))
+        Ok(States::new(&self.engine, self.engine.intersection(&self.set, &other.set)?))
     }
 
     /// Returns X \ Y.
@@ -89,7 +89,7 @@ impl States {
     /// # Errors
     /// The errors of [`States::union`].
     pub fn difference(&self, other: &States) -> Result<States> {
-        Ok(States::of(&self.engine, self.engine.difference(&self.set, &other.set)?))
+        Ok(States::new(&self.engine, self.engine.difference(&self.set, &other.set)?))
     }
 
     /// Returns X △ Y.
@@ -103,7 +103,7 @@ impl States {
     /// Returns S \ X.
     pub fn complement(&self) -> Result<States> {
         let all = self.engine.all_states();
-        Ok(States::of(&self.engine, self.engine.difference(&all, &self.set)?))
+        Ok(States::new(&self.engine, self.engine.difference(&all, &self.set)?))
     }
 
     /// Returns true if X ⊆ Y.

@@ -79,7 +79,7 @@ impl Selection {
     /// The errors of [`AnyEngine::new`].
     pub fn build(&mut self, program: &Arc<Program>, settings: Settings) -> Result<AnyEngine> {
         let memory = settings.memory;
-        let engine = self.answer(program, settings, &RacedQuestion::of(&|_, engine| Ok(engine)))?;
+        let engine = self.answer(program, settings, &RacedQuestion::new(&|_, engine| Ok(engine)))?;
         match engine {
             AnyEngine::Explicit(engine) => {
                 // The others have ended.
@@ -130,13 +130,13 @@ impl SymbolicEngine {
         let taken = |_: &Racer, engine: AnyEngine| {
             engine.symbolic().map(|engine| SymbolicEngine::clone(engine)).ok_or(Error::ForeignSet)
         };
-        raced(&program, &settings, &RacedQuestion::of(&taken), &ways).map(|(_, engine)| engine)
+        raced(&program, &settings, &RacedQuestion::new(&taken), &ways).map(|(_, engine)| engine)
     }
 }
 
 impl<'q, T> RacedQuestion<'q, T> {
     /// Creates a question for engines that know all states.
-    pub fn of(by_states: &'q (dyn Fn(&Racer, AnyEngine) -> Result<T> + Sync)) -> Self {
+    pub fn new(by_states: &'q (dyn Fn(&Racer, AnyEngine) -> Result<T> + Sync)) -> Self {
         RacedQuestion { by_states, everywhere: None, guided: None, lists_states: false, sinks: None }
     }
 

@@ -60,14 +60,14 @@ impl Document {
         let name = name.into();
         let bytes = reading::bytes(&name, from)?;
         if !archive::is_archive(&bytes) {
-            return Ok(Self::of(reading::text(name, bytes)?));
+            return Ok(Self::new(reading::text(name, bytes)?));
         }
         let text = format!("archive of {} bytes, SHA-256 {}\n", bytes.len(), reading::sha256(&bytes));
-        Ok(Document { archive: Some(Arc::new(bytes)), ..Self::of(SourceFile::new(name, text)) })
+        Ok(Document { archive: Some(Arc::new(bytes)), ..Self::new(SourceFile::new(name, text)) })
     }
 
     /// Returns the document of a text.
-    pub fn of(source: Arc<SourceFile>) -> Self {
+    pub fn new(source: Arc<SourceFile>) -> Self {
         Document { source, archive: None, beside: [None, None], parts: Vec::new(), for_goals: false }
     }
 
@@ -91,7 +91,7 @@ impl Document {
                 return Err(Error::Usage(message));
             }
         }
-        Ok(Document { parts: parts.to_vec(), ..Self::of(meliora_pddl::joined(&parts)) })
+        Ok(Document { parts: parts.to_vec(), ..Self::new(meliora_pddl::joined(&parts)) })
     }
 
     /// Adds the files next to the transitions of PRISM: the values and the labels of states.

@@ -14,7 +14,7 @@
 //! let given = Given { constants: none.clone(), bounds: none };
 //! // Transitions in PRISM's explicit format: two states with a choice each.
 //! let text = "2 2 2\n0 0 1 1 go\n1 0 1 1 stay\n";
-//! let program = Document::of(SourceFile::new("m.tra", text)).load(&given, &NoProgress)?.program;
+//! let program = Document::new(SourceFile::new("m.tra", text)).load(&given, &NoProgress)?.program;
 //! assert_eq!(program.actions, ["go", "stay"]);
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
@@ -51,7 +51,7 @@ pub fn load_with_progress(
     constants: &Arc<SourceFile>,
     sink: &dyn ProgressSink,
 ) -> Result<Checked> {
-    load_given(source, &Given::of(constants), sink)
+    load_given(source, &Given::constants_only(constants), sink)
 }
 
 /// Same as [`load_with_progress`], with bounds for unbounded integers.

@@ -28,7 +28,7 @@ pub struct Expr {
 
 impl Expr {
     /// Creates an expression of a single node.
-    pub(crate) fn of(kind: NodeKind, span: Span) -> Self {
+    pub(crate) fn new(kind: NodeKind, span: Span) -> Self {
         Expr { nodes: vec![Node { kind, span }] }
     }
 

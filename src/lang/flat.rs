@@ -31,7 +31,7 @@ impl Flat {
     ///
     /// # Errors
     /// Modules that the language cannot express separately have too many commands when merged; a game.
-    pub fn of(program: &Arc<Program>) -> Result<Self> {
+    pub fn new(program: &Arc<Program>) -> Result<Self> {
         let help =
             "the text does not name the players of its commands; `info` without `--flat` shows the model";
         program.refuse_game("the flat program", help)?;
@@ -39,12 +39,12 @@ impl Flat {
     }
 }
 
-/// Returns the text of `Flat::of`.
+/// Returns the text of `Flat::new`.
 ///
 /// # Errors
-/// See `Flat::of`.
+/// See `Flat::new`.
 pub fn flat(program: &Program) -> Result<String> {
-    Flat::of(&Arc::new(program.clone())).map(|flat| flat.to_string())
+    Flat::new(&Arc::new(program.clone())).map(|flat| flat.to_string())
 }
 
 impl Display for Flat {
@@ -74,7 +74,7 @@ impl Display for Flat {
 
 /// Writes all modules, and the `system` block if one is needed.
 fn modules(f: &mut Formatter<'_>, program: &Program, expressions: &Expressions<'_>) -> fmt::Result {
-    let composition = Composition::of(program);
+    let composition = Composition::new(program);
     let mut variables: Vec<&Variable> = program.variables.iter().filter(|v| v.module.is_some()).collect();
     // A stable sort: within a module the order of the declarations stays.
     variables.sort_by_key(|v| v.module);

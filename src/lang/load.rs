@@ -16,7 +16,7 @@ use meliora_base::progress::{NoProgress, ProgressSink};
 /// # Errors
 /// Returns as many errors as can be distinguished: syntax errors, or else errors of meaning.
 pub fn load(source: &Arc<SourceFile>, constants: &Arc<SourceFile>) -> Result<Checked> {
-    load_given(source, &Given::of(constants), &NoProgress)
+    load_given(source, &Given::constants_only(constants), &NoProgress)
 }
 
 /// Same as [`load`], with bounds for unbounded integers, and a progress sink that can cancel the work.

@@ -33,7 +33,7 @@ const PROPERTY_WORDS: &[&str] = &["P", "Pmin", "Pmax", "R", "Rmin", "Rmax", "S",
 /// # Errors
 /// The text is a preference file, a list of properties, or a model in another language.
 pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
-    let begin = Beginning::of(source);
+    let begin = Beginning::new(source);
     let found = match begin.first_word() {
         Some(word) if PREFERENCE_WORDS.contains(&word) => {
             Some(("this is a preference file, not a model", "the preference file comes after the model"))
@@ -49,7 +49,7 @@ pub(super) fn no_model(source: &Arc<SourceFile>) -> Result<()> {
 /// # Errors
 /// The text is a model or a list of properties, or a preference file that defines names.
 pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
-    let begin = Beginning::of(source);
+    let begin = Beginning::new(source);
     let word = begin.first_word().unwrap_or_default();
     let is_model = MODEL_WORDS.contains(&word) || begin.is_jani();
     let (message, help) = if begin.is_properties() {
@@ -72,7 +72,7 @@ pub(super) fn no_preferences(source: &Arc<SourceFile>) -> Result<()> {
 /// # Errors
 /// The text is a preference file or a model.
 pub(super) fn no_properties(source: &Arc<SourceFile>) -> Result<()> {
-    let begin = Beginning::of(source);
+    let begin = Beginning::new(source);
     let (message, help) = match begin.first_word() {
         Some(word) if PREFERENCE_WORDS.contains(&word) => {
             ("this is a preference file, not a list of properties", WRITTEN)
@@ -108,7 +108,7 @@ struct Beginning<'a> {
 }
 
 impl<'a> Beginning<'a> {
-    fn of(source: &'a Arc<SourceFile>) -> Self {
+    fn new(source: &'a Arc<SourceFile>) -> Self {
         let text = &source.text[..source.text.floor_char_boundary(BEGINNING)];
         let all = tokens(text);
         let start = all.first().map_or(0, |(_, span)| span.start());

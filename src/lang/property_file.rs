@@ -326,7 +326,7 @@ impl File<'_> {
         named: &Named,
     ) -> Stated {
         let term = property.and_then(|property| property.term(self.program, source, named));
-        let term = term.map_err(|e| Refusal::of(&self.without_value(e)));
+        let term = term.map_err(|e| Refusal::new(&self.without_value(e)));
         Stated { name, text, term, source: Arc::clone(source) }
     }
 

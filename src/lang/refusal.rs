@@ -13,7 +13,7 @@ pub struct Refusal {
 
 impl Refusal {
     /// Returns the refusal for an error in a property.
-    pub fn of(error: &Error) -> Self {
+    pub fn new(error: &Error) -> Self {
         match error {
             Error::Input(diagnostics) if !diagnostics.is_empty() => Refusal::at(&diagnostics[0]),
             _ => Refusal::without_place(error.to_string()),

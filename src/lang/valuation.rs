@@ -24,7 +24,7 @@ pub struct Given {
 
 impl Given {
     /// Creates the values of constants, without bounds.
-    pub fn of(constants: &Arc<SourceFile>) -> Self {
+    pub fn constants_only(constants: &Arc<SourceFile>) -> Self {
         Given { constants: Arc::clone(constants), bounds: SourceFile::new("bounds", "") }
     }
 }

@@ -23,7 +23,7 @@ impl Monitor {
     ///
     /// # Errors
     /// The monitor has too many states, or the formula too many obligations.
-    pub fn of(all: &Formulas, f: FormulaId) -> Result<Self> {
+    pub fn owing(all: &Formulas, f: FormulaId) -> Result<Self> {
         debug_assert!(all.is_pi2(f));
         let mut build = Build::new();
         let left = build.progress.ask(all, f)?;

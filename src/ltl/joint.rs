@@ -22,7 +22,7 @@ pub struct Joint {
 impl Joint {
     /// Explores the joint states; `None` if there are more than `MOST_STATES` of them, or more than
     /// `MOST_NODES` letters to read.
-    pub fn of(monitors: &[&Monitor]) -> Option<Self> {
+    pub fn explore(monitors: &[&Monitor]) -> Option<Self> {
         let start = vec![0; monitors.len()];
         let mut known = AHashMap::from([(start.clone(), 0)]);
         let mut joint = Joint { states: vec![start], steps: Vec::new() };

@@ -19,7 +19,7 @@
 //! let eventually = all.add(Form::Until(Window::ALWAYS, Formulas::TRUE, a));
 //! let again = all.add(Form::Release(Window::ALWAYS, Formulas::FALSE, eventually));
 //! let Ok(Tree::Leaf(Leaf { watched, .. })) = leaves(&mut all, again) else { unreachable!() };
-//! assert_eq!(Monitor::of(&all, watched)?.states.len(), 1);
+//! assert_eq!(Monitor::owing(&all, watched)?.states.len(), 1);
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 

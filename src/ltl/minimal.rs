@@ -13,7 +13,7 @@ type Steps = Vec<Vec<(usize, bool)>>;
 /// Returns the same monitor with equivalent states merged; the states left are numbered from the
 /// first.
 pub(crate) fn minimal(monitor: &Monitor) -> Monitor {
-    let settled = Settled::of(monitor);
+    let settled = Settled::new(monitor);
     let (never, surely) = (monitor.states.len(), monitor.states.len() + 1);
     let redirect = |next: usize, mark: bool| match () {
         () if settled.never[next] => Decision::Go { next: never, mark: false },
@@ -74,7 +74,7 @@ pub struct Settled {
 
 impl Settled {
     /// Returns the states of a monitor that are settled.
-    pub fn of(monitor: &Monitor) -> Self {
+    pub fn new(monitor: &Monitor) -> Self {
         let steps = &steps(monitor);
         // νY. μX. pre(X) ∪ { s : a marked step into Y }.
         let mut again = vec![true; steps.len()];

@@ -77,7 +77,7 @@ enum Plain {
 }
 
 impl Plain {
-    fn of(value: &Exact) -> Option<Plain> {
+    fn new(value: &Exact) -> Option<Plain> {
         match *value {
             Exact::Bool(b) => Some(Plain::Bool(b)),
             Exact::Int(i) => Some(Plain::Int(i)),
@@ -147,7 +147,7 @@ impl ExprPool {
             },
             Node::Literal(_) | Node::Var(_) => return None,
         };
-        Plain::of(&found)
+        Plain::new(&found)
     }
 
     /// Evaluates a number exactly.

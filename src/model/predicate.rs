@@ -164,7 +164,7 @@ impl Predicates {
     }
 
     /// Returns the expressions of a program's pool as conditions.
-    pub fn of(pool: Arc<ExprPool>) -> Self {
+    pub fn new(pool: Arc<ExprPool>) -> Self {
         Predicates { program: Arc::clone(&pool), pool }
     }
 
@@ -194,7 +194,7 @@ impl fmt::Debug for Predicates {
 impl Program {
     /// Returns the expressions of this program as conditions.
     pub fn predicates(&self) -> Predicates {
-        Predicates::of(Arc::clone(&self.pool))
+        Predicates::new(Arc::clone(&self.pool))
     }
 
     /// Returns an expression of this program as a condition.
@@ -215,7 +215,7 @@ mod tests {
         let x = below.var(VarId(0), Type::Int);
         let below = Arc::new(below);
         let conditions = |numbers: &[i64]| {
-            let mut own = Predicates::of(Arc::clone(&below));
+            let mut own = Predicates::new(Arc::clone(&below));
             own.pool = ExprPool::over(&below).into();
             let at_least = |own: &mut Predicates, &number: &i64| {
                 let number = own.pool().value(Value::Int(number));

@@ -23,7 +23,7 @@ pub struct Valuation(Map<String, Json>);
 
 impl Valuation {
     /// Names the values of a state.
-    pub fn of(program: &Program, state: &[i64]) -> Self {
+    pub fn new(program: &Program, state: &[i64]) -> Self {
         let value = |v: &Variable, x: i64| match (v.ty, v.value_name(x)) {
             (_, Some(name)) => Json::from(name),
             (Type::Bool, None) => Json::Bool(x != 0),

@@ -321,7 +321,7 @@ impl<'a> Answering<'a> {
                 Ok(Ok(())) => continue,
                 Ok(Err(reason)) => reason,
                 // A wrong reward.
-                Err(error @ Error::Input(_)) if self.asked.is_list => Refusal::of(&error).reason,
+                Err(error @ Error::Input(_)) if self.asked.is_list => Refusal::new(&error).reason,
                 Err(error) => return Err(error),
             };
             self.listener.update(|r| {

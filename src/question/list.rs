@@ -48,7 +48,7 @@ pub fn each((program, named): (&Program, &[Property]), (name, texts): (&str, &[&
         let stated = stated(program, named, (name, text));
         let source =
             stated.as_ref().map_or_else(|_| SourceFile::new(name, *text), |(own, _)| Arc::clone(own));
-        let term = stated.map(|(_, term)| term).map_err(|error| Refusal::of(&error));
+        let term = stated.map(|(_, term)| term).map_err(|error| Refusal::new(&error));
         Listed { name: None, text: (*text).to_owned(), source, term }
     };
     texts.iter().map(listed).collect()
@@ -72,7 +72,7 @@ pub fn list(
             Err(refusal) => Some(refusal),
             Ok(Ok(())) => None,
             Ok(Err(Error::Input(all))) if all.iter().all(|d| Arc::ptr_eq(&d.source, &source)) => {
-                Some(Refusal::of(&Error::Input(all)))
+                Some(Refusal::new(&Error::Input(all)))
             }
             Ok(Err(error)) => return Err(error),
         };

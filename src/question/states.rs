@@ -158,7 +158,7 @@ impl Answering<'_> {
 
     /// Notes in the report that a property has no answer.
     fn refused(&self, position: usize, error: &Error) {
-        let Refusal { reason, place } = Refusal::of(error);
+        let Refusal { reason, place } = Refusal::new(error);
         self.listener.update(|r| {
             let answer = &mut r.properties[position];
             answer.reason = Some(reason);
@@ -172,7 +172,7 @@ impl Answering<'_> {
             self.size(engine, &[position], (*which, states))?;
         }
         let listed = |(state, value): (State, StateValue)| {
-            let state = Valuation::of(&self.asked.program, &state);
+            let state = Valuation::new(&self.asked.program, &state);
             match value {
                 StateValue::Holds(holds) => ListedState { state, holds: Some(holds), value: None },
                 StateValue::Number(number) => ListedState { state, holds: None, value: Some(bound(&number)) },

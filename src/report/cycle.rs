@@ -62,7 +62,7 @@ impl Cycle {
     /// Creates the report of a lasso.
     pub fn new(program: &Program, preferences: &Preferences, kind: Kind, lasso: Lasso) -> Self {
         let words = Words { program, preferences, kind: StrategyKind::from(kind), levels: kind };
-        let valuation = |state: &State| Valuation::of(program, state);
+        let valuation = |state: &State| Valuation::new(program, state);
         let step = |step: LassoStep| CycleStep {
             state: valuation(&step.state),
             owner: step.is_theirs.then_some("opponent"),

@@ -105,7 +105,7 @@ pub struct Times {
 
 impl Times {
     /// Creates the times of a report in which no phase is finished.
-    pub fn of<F: Findings>() -> Self {
+    pub fn unfinished<F: Findings>() -> Self {
         Times { phases: F::PHASES.iter().map(|&phase| (phase, None)).collect(), total: 0.0 }
     }
 
@@ -186,8 +186,8 @@ fn described<F: Findings>(schema: &mut Schema) {
 
 impl<F: Findings> Envelope<F> {
     /// Creates a report with these results.
-    pub(crate) fn of(header: Header, findings: F) -> Self {
-        let (time, memory) = (Times::of::<F>(), MemoryUse::default());
+    pub(crate) fn with(header: Header, findings: F) -> Self {
+        let (time, memory) = (Times::unfinished::<F>(), MemoryUse::default());
         Envelope { schema: F::SCHEMA, complete: true, header, findings, time, memory, error: None }
     }
 }
@@ -281,7 +281,7 @@ impl<F: Findings> Envelope<F> {
 impl<F: Findings + Default> Envelope<F> {
     /// Creates a report without results.
     pub fn new(header: Header) -> Self {
-        Envelope::of(header, F::default())
+        Envelope::with(header, F::default())
     }
 }
 

@@ -51,7 +51,7 @@ impl ExplicitReport {
     /// Creates a report without results.
     pub fn to_directory(header: Header, directory: &str, strategy: Option<String>) -> Self {
         let directory = directory.to_owned();
-        Envelope::of(header, ExplicitFindings { directory, strategy, ..Default::default() })
+        Envelope::with(header, ExplicitFindings { directory, strategy, ..Default::default() })
     }
 
     /// Adds the written model and files.

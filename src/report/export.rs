@@ -103,7 +103,7 @@ impl ExportedRegion {
 impl ExportReport {
     /// Creates a report without results.
     pub fn to_directory(header: Header, directory: &str) -> Self {
-        Envelope::of(header, ExportFindings { directory: directory.to_owned(), ..Default::default() })
+        Envelope::with(header, ExportFindings { directory: directory.to_owned(), ..Default::default() })
     }
 
     /// Adds the regions that were written.

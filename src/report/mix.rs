@@ -136,7 +136,7 @@ fn entry(program: &Program, state: &State, node: &Node) -> Result<NodeEntry> {
             .collect(),
     };
     Ok(NodeEntry {
-        state: Valuation::of(program, state),
+        state: Valuation::new(program, state),
         decided: (0..u32::BITS).filter(|at| node.decided >> at & 1 == 1).collect(),
         steps: node.steps,
         actions: node.choices.iter().map(action).collect(),

@@ -103,7 +103,7 @@ impl NodeWords<'_> {
         let induced_model::Node { at, next } = node;
         let names = |set: &ObjectiveSet| self.preferences.owned_names(set);
         let entry = NodeEntry {
-            state: Valuation::of(self.program, &at.state),
+            state: Valuation::new(self.program, &at.state),
             most_preferred: names(&at.most_preferred),
             reference: (at.reference != at.most_preferred).then(|| names(&at.reference)),
             ahead: match at.memory.level {

@@ -98,9 +98,9 @@ impl Plot {
         match numbers {
             Some(numbers) if is_short => {
                 let ticks = numbers.iter().copied().zip(self.values.iter().cloned()).collect();
-                Axis { ticks, ..Axis::of(&numbers, false) }
+                Axis { ticks, ..Axis::new(&numbers, false) }
             }
-            Some(numbers) => Axis::of(&numbers, false),
+            Some(numbers) => Axis::new(&numbers, false),
             None => {
                 let every = self.values.len().div_ceil(2 * TICKS);
                 let ticks = self.values.iter().enumerate().step_by(every);
@@ -184,7 +184,7 @@ impl Panel {
     fn vertical(&self) -> Axis {
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
         let bounds: Vec<f64> = points().flat_map(|p| [p.lower, p.upper]).filter(|y| y.is_finite()).collect();
-        Axis::of(&bounds, true)
+        Axis::new(&bounds, true)
     }
 }
 
@@ -205,7 +205,7 @@ struct Axis {
 
 impl Axis {
     /// Returns the axis of some numbers. If it shows results, it begins at 0, or is logarithmic.
-    fn of(numbers: &[f64], shows_results: bool) -> Self {
+    fn new(numbers: &[f64], shows_results: bool) -> Self {
         let least = numbers.iter().copied().fold(f64::INFINITY, f64::min);
         let most = numbers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         if !least.is_finite() {

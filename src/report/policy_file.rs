@@ -33,7 +33,7 @@ struct Entry {
 /// # Errors
 /// The text is wrong, or names another thing than facts, or a name that two facts have; with its place.
 pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<Rules> {
-    let mut reader = Reader { source, program, facts: facts(program), rules: Rules::of(program) };
+    let mut reader = Reader { source, program, facts: facts(program), rules: Rules::new(program) };
     if source.text.trim_start().starts_with('[') {
         reader.json()?;
     } else {

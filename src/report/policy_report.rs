@@ -134,7 +134,7 @@ impl PolicyReport {
     /// Creates a report without results: of a check, or of runs.
     pub fn of_file(header: Header, policy: &str, runs: Option<PolicyRuns>) -> Self {
         let accepted = runs.is_none().then_some(None);
-        Envelope::of(
+        Envelope::with(
             header,
             PolicyFindings { policy: policy.to_owned(), accepted, runs, ..Default::default() },
         )
@@ -160,7 +160,7 @@ impl PolicyReport {
     /// Notes a condition that is violated, unless there is one.
     pub fn refuse(&mut self, program: &Program, condition: &str, state: Option<&State>) {
         self.accepted = self.accepted.map(|_| Some(false));
-        let state = state.map(|state| Valuation::of(program, state));
+        let state = state.map(|state| Valuation::new(program, state));
         self.violation.get_or_insert_with(|| Violated { condition: condition.to_owned(), state });
     }
 
@@ -176,7 +176,7 @@ impl PolicyReport {
         let Some(runs) = &mut self.runs else { return };
         if runs.last.is_none() {
             runs.first = PolicyStep::all(program, run.steps);
-            runs.last = Some(Valuation::of(program, &run.last));
+            runs.last = Some(Valuation::new(program, &run.last));
         }
         runs.count(steps, is_reached, is_given_up);
     }
@@ -186,7 +186,7 @@ impl PolicyStep {
     /// Names the steps of a run.
     pub(super) fn all(program: &Program, steps: Vec<(State, String)>) -> Vec<Self> {
         let step =
-            |(state, action): (State, String)| PolicyStep { state: Valuation::of(program, &state), action };
+            |(state, action): (State, String)| PolicyStep { state: Valuation::new(program, &state), action };
         steps.into_iter().map(step).collect()
     }
 }

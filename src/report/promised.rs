@@ -65,7 +65,7 @@ impl Promised {
     pub fn new(policy: &NodePolicy, program: &Program, preferences: &Preferences) -> Self {
         let names = |set: &ObjectiveSet| preferences.owned_names(set);
         let start = |node: &Node| PromisedStart {
-            state: Valuation::of(program, &node.state),
+            state: Valuation::new(program, &node.state),
             most_preferred: names(&node.most_preferred),
             improvements: node.ahead.map_or(Rank::Unbounded, Rank::Finite),
             pursues: names(&node.pursues),
@@ -153,7 +153,7 @@ impl PolicyReport {
         runs.count(steps, run.is_kept, run.is_given_up);
         if runs.last.is_none() {
             runs.first = PolicyStep::all(program, run.steps);
-            runs.last = Some(Valuation::of(program, &run.last));
+            runs.last = Some(Valuation::new(program, &run.last));
         }
     }
 }

@@ -75,7 +75,7 @@ impl Rows {
     }
 
     fn listed(&self) -> impl Iterator<Item = Listed> {
-        self.members.iter().map(|member| Listed::of(&self.program, member))
+        self.members.iter().map(|member| Listed::new(&self.program, member))
     }
 }
 
@@ -110,8 +110,8 @@ pub struct Contained {
 
 impl Listed {
     /// Returns a member with the values of its variables.
-    pub(crate) fn of(program: &Program, member: &Member) -> Self {
-        Listed { state: Valuation::of(program, &member.state), choices: member.choices.clone() }
+    pub(crate) fn new(program: &Program, member: &Member) -> Self {
+        Listed { state: Valuation::new(program, &member.state), choices: member.choices.clone() }
     }
 }
 
@@ -121,7 +121,7 @@ impl QueryReport {
         let (directory, region) = (directory.to_owned(), region.to_owned());
         let condition = condition.map(str::to_owned);
         let findings = QueryFindings { directory, region, condition, ..QueryFindings::default() };
-        Envelope::of(Header::default(), findings)
+        Envelope::with(Header::default(), findings)
     }
 }
 

@@ -179,7 +179,7 @@ pub struct TurnReport {
 impl RunsReport {
     /// Creates the report of a tally of runs under a strategy of this kind.
     pub fn new(program: &Program, preferences: &Preferences, kind: StrategyKind, tally: Tally) -> Self {
-        let state = Valuation::of(program, &tally.start);
+        let state = Valuation::new(program, &tally.start);
         let trace = TraceReport::new(program, preferences, &tally.start, &tally.trace);
         let name = |objective: usize| preferences.objectives[objective].name.clone();
         let achieved = tally.achieved.as_ref().map(|achieved| {
@@ -352,7 +352,7 @@ fn turn(words: Words<'_>, before: &[i64], turn: &Turn) -> TurnReport {
         owner: turn.owner.filter(|owner| !owner.ours).map(|_| "opponent"),
         player: turn.owner.map(|owner| words.name_of(owner.player).to_owned()),
         action: turn.action.clone(),
-        state: Valuation::of(words.program, &turn.state),
+        state: Valuation::new(words.program, &turn.state),
         probability: turn.probability,
         most_preferred: words.names(&turn.most_preferred),
         rank: turn.rank,
@@ -374,7 +374,7 @@ impl SimulateReport {
     /// Creates a report without results.
     pub fn of_setup(header: Header, kind: StrategyKind, choosing: Choosing, setup: Setup) -> Self {
         let Setup { scheduler: strategy, runs, steps, seed } = setup;
-        Envelope::of(
+        Envelope::with(
             header,
             SimulateFindings {
                 kind,

@@ -45,7 +45,7 @@ impl RunLines<'_> {
         let mut lines = Lines::default();
         let of_game = self.program.players.is_some();
         let of = |step: usize, state: &[i64]| {
-            let values: Vec<String> = Valuation::of(self.program, state).cells().collect();
+            let values: Vec<String> = Valuation::new(self.program, state).cells().collect();
             [start.number.to_string(), trace.run.to_string(), step.to_string()].into_iter().chain(values)
         };
         let begin = [

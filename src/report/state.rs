@@ -86,7 +86,7 @@ impl StateReport<'_> {
         let (words, at, [sasi_rank, spi_rank]) = (self.words, &self.at, self.ranks);
         let name = |action: Option<&Action>| action.map(|action| action.name.clone());
         StateJson {
-            state: Valuation::of(words.program, &at.state),
+            state: Valuation::new(words.program, &at.state),
             owner: at.is_theirs().then_some("opponent"),
             player: words.player(at).map(str::to_owned),
             most_preferred: words.names(&at.most_preferred),
@@ -138,7 +138,7 @@ impl StateReport<'_> {
     fn successor(&self, successor: &Successor, node: Option<usize>) -> SuccessorJson {
         let words = self.words;
         SuccessorJson {
-            state: Valuation::of(words.program, &successor.state),
+            state: Valuation::new(words.program, &successor.state),
             probability: successor.probability,
             most_preferred: words.names(&successor.most_preferred),
             change: successor.change.name(),

@@ -17,7 +17,7 @@ use meliora_quantities::Choose;
 /// Renders a state.
 pub(super) fn render(state: &StateReport<'_>, style: Style) -> String {
     let (words, at, [sasi, spi]) = (state.words, &state.at, state.ranks);
-    let valuation = Valuation::of(words.program, &at.state);
+    let valuation = Valuation::new(words.program, &at.state);
     let mut out = format!("\n{}", text::state_heading("State", &valuation, style));
     if let Some(Place { node, is_start, .. }) = &state.place {
         let (level, reference) = (ranks::cell(at.memory.level), words.either(&at.reference));

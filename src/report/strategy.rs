@@ -96,7 +96,7 @@ impl StrategyReport {
             whole: false,
             drawing: None,
         };
-        Envelope::of(header, findings)
+        Envelope::with(header, findings)
     }
 
     /// Renders a state.

@@ -44,7 +44,7 @@ pub fn csv_rows(state: &StateReport<'_>) -> String {
         let pick = picked.is_some_and(|picked| picked.name == action.name);
         let flag = |f: bool| if at.is_theirs() { String::new() } else { f.to_string() };
         let flags = [action.kept, action.permitted, action.progress, pick].map(flag);
-        let mut cells: Vec<String> = Valuation::of(words.program, &at.state).cells().collect();
+        let mut cells: Vec<String> = Valuation::new(words.program, &at.state).cells().collect();
         cells.push(words.names(&at.most_preferred).join("+"));
         cells.extend(state.ranks.map(ranks::cell));
         cells.push(action.name.clone());

@@ -40,7 +40,7 @@ impl ValuesReport {
             states: Vec::new(),
             more: 0,
         };
-        Envelope::of(header, findings)
+        Envelope::with(header, findings)
     }
 }
 

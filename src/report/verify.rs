@@ -53,7 +53,7 @@ impl VerifyReport {
     /// Creates a report without results.
     pub fn of_directory(directory: &str) -> Self {
         let directory = directory.to_owned();
-        Envelope::of(Header::default(), VerifyFindings { directory, ..VerifyFindings::default() })
+        Envelope::with(Header::default(), VerifyFindings { directory, ..VerifyFindings::default() })
     }
 
     /// Adds what the check takes from the dump; long values are shortened.
@@ -86,7 +86,7 @@ impl VerifyReport {
         };
         self.violation = verdict.violation.as_ref().map(|v| Violated {
             condition: v.condition.to_string(),
-            state: v.state.as_ref().map(|s| Valuation::of(program, s)),
+            state: v.state.as_ref().map(|s| Valuation::new(program, s)),
         });
     }
 }

@@ -120,7 +120,7 @@ pub fn jani(text: &str) {
 pub fn planning(text: &str) {
     let sink = Patience(AtomicU32::new(0));
     let given = lang::Given { constants: source(""), bounds: source("") };
-    let document = lang::Document::of(SourceFile::new("fuzz.pddl", text));
+    let document = lang::Document::new(SourceFile::new("fuzz.pddl", text));
     if let Some(checked) = seen(document.load(&given, &sink)) {
         accepted(&checked.program);
     }
@@ -131,7 +131,7 @@ pub fn policy(text: &str) {
     let problem = SourceFile::new("responders.pddl", include_str!("../../models/responders.pddl"));
     let given = lang::Given { constants: source(""), bounds: source("") };
     let sink = Patience(AtomicU32::new(0));
-    let program = lang::Document::of(problem).load(&given, &sink).unwrap().program;
+    let program = lang::Document::new(problem).load(&given, &sink).unwrap().program;
     let Some(rules) = seen(policies::read(&source(text), &program)) else { return };
     let initial: State = program.variables.iter().map(|v| v.initial.unwrap()).collect();
     let asked = Asking::target(&program, &source("\"goal\""), &[]).unwrap();

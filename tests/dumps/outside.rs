@@ -24,7 +24,7 @@ fn name() -> impl Strategy<Value = String> {
 
 /// The action of the only choice of a model.
 fn action_of(text: &str) -> Option<String> {
-    let model = Document::of(SourceFile::new("m", text)).load(&none(), &NoProgress).unwrap();
+    let model = Document::new(SourceFile::new("m", text)).load(&none(), &NoProgress).unwrap();
     assert_eq!(model.program.commands.len(), 1, "{text:?}");
     model.program.actions.first().cloned()
 }
@@ -69,11 +69,11 @@ proptest! {
         let shown = line(&name).into_owned();
         let (word, label) = (first_word(&name), quoted(&shown));
         let drn = format!("@type: MDP\n@reward_models\n{word}\n@model\nstate 0 [1] init {label}\n\taction a [0.5]\n\t\t0 : 1\n");
-        let model = Document::of(SourceFile::new("m", drn)).load(&none(), &NoProgress).unwrap().program;
+        let model = Document::new(SourceFile::new("m", drn)).load(&none(), &NoProgress).unwrap().program;
         prop_assert_eq!(model.rewards[0].name.as_ref(), Some(&shown));
         prop_assert_eq!(&model.labels[0].0, &shown);
         let lab = SourceFile::new("m.lab", format!("0=\"init\" 1={label}\n0: 0 1\n"));
-        let tra = Document::of(SourceFile::new("m", "1 1 1\n0 0 0 1 a\n")).with_beside([None, Some(lab)]);
+        let tra = Document::new(SourceFile::new("m", "1 1 1\n0 0 0 1 a\n")).with_beside([None, Some(lab)]);
         prop_assert_eq!(&tra.load(&none(), &NoProgress).unwrap().program.labels[0].0, &shown);
     }
 

@@ -66,7 +66,7 @@ fn is_sure_in_turns(program: &Arc<Program>, target: &Predicate, settings: Settin
     let question = RacedQuestion {
         everywhere: Some(&judge),
         guided: Some((target, &searched)),
-        ..RacedQuestion::of(&by_states)
+        ..RacedQuestion::new(&by_states)
     };
     Selection::open().answer(program, settings, &question)
 }
@@ -79,7 +79,7 @@ fn decided(
 ) -> Result<(Vec<Vec<State>>, By, Selection)> {
     let by_states = |_: &Racer, engine: AnyEngine| Ok((initial(&engine, target)?, By::States));
     let judge = |engine: &SymbolicEngine| Ok((initial(engine, target)?, By::Everywhere));
-    let question = RacedQuestion { everywhere: Some(&judge), ..RacedQuestion::of(&by_states) };
+    let question = RacedQuestion { everywhere: Some(&judge), ..RacedQuestion::new(&by_states) };
     let mut selection = Selection::open();
     let (found, by) = selection.answer(program, settings, &question)?;
     Ok((found, by, selection))

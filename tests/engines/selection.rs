@@ -62,7 +62,7 @@ proptest! {
                     let settings = Settings { threads, ..settings(scope, stage) };
                     let mut selection = Selection::open();
                     let by_states = |_: &Racer, engine: AnyEngine| Ok(listed(&engine, &target));
-                    let question = RacedQuestion { lists_states, ..RacedQuestion::of(&by_states) };
+                    let question = RacedQuestion { lists_states, ..RacedQuestion::new(&by_states) };
                     let found = selection.answer(&program, settings, &question).unwrap();
                     (found, selection)
                 };
@@ -90,7 +90,7 @@ fn built(
     lists_states: bool,
 ) -> Result<AnyEngine> {
     let by_states = |_: &Racer, engine: AnyEngine| Ok(engine);
-    selection.answer(program, settings, &RacedQuestion { lists_states, ..RacedQuestion::of(&by_states) })
+    selection.answer(program, settings, &RacedQuestion { lists_states, ..RacedQuestion::new(&by_states) })
 }
 
 fn taken(text: &str, lists_states: bool) -> (AnyEngine, String) {
@@ -216,7 +216,7 @@ fn regions_in_short_turns(threads: usize) -> (Regions<Vec<State>>, Selection, Ve
     let thresholds = Thresholds { lead: 0, ..settings.thresholds };
     let settings = Settings { threads, thresholds, ..settings };
     let mut selection = Selection::open();
-    let found = selection.answer(&program, settings, &RacedQuestion::of(&by_states)).unwrap();
+    let found = selection.answer(&program, settings, &RacedQuestion::new(&by_states)).unwrap();
     (found, selection, asked.into_inner().unwrap())
 }
 
@@ -251,7 +251,7 @@ fn each_way(threads: usize, by: &(dyn Fn(&Racer) -> Result<()> + Sync)) -> Resul
         regions(&engine, &engine.singleton(&[1, 0, 0])?)?;
         Ok(racer.way)
     };
-    Selection::open().answer(&program(LONG_FIXPOINTS), settings, &RacedQuestion::of(&by_states))
+    Selection::open().answer(&program(LONG_FIXPOINTS), settings, &RacedQuestion::new(&by_states))
 }
 
 #[test]
@@ -291,7 +291,7 @@ fn a_cancelled_question_ends_all_ways() {
             }
         };
         let found: Result<()> =
-            Selection::open().answer(&program(LONG_FIXPOINTS), settings, &RacedQuestion::of(&by_states));
+            Selection::open().answer(&program(LONG_FIXPOINTS), settings, &RacedQuestion::new(&by_states));
         assert!(matches!(found, Err(Error::Limit(Limit::Interrupted))));
     }
 }

@@ -28,7 +28,7 @@ fn round_trip(names: &[Vec<String>; 2]) {
     for x in 0..names[0].len() as i64 {
         for y in 0..names[1].len() as i64 {
             let state = vec![x, y, 1];
-            for text in [program.show_state(&state), Valuation::of(&program, &state).to_string()] {
+            for text in [program.show_state(&state), Valuation::new(&program, &state).to_string()] {
                 assert_eq!(read(&program, &text), Ok(state.clone()), "{text} in {names:?}");
             }
         }

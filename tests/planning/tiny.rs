@@ -48,7 +48,7 @@ impl Tiny {
         // Any expressions will do as names of the targets.
         let mut pool = ExprPool::default();
         let names: Vec<_> = (0..targets.len()).map(|i| pool.value(Value::Int(i as i64))).collect();
-        let pool = Predicates::of(pool.into());
+        let pool = Predicates::new(pool.into());
         let names = names.into_iter().map(|name| pool.get(name)).collect();
         let targets = targets.iter().map(|t| t.iter().copied().collect()).collect();
         let brute = Brute::of_graph(&mdp.0);

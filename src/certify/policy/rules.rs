@@ -152,7 +152,7 @@ impl Rule {
 
 impl Rules {
     /// Returns no rules, for the facts of a planning problem or the values of another model.
-    pub fn of(program: &Program) -> Self {
+    pub fn new(program: &Program) -> Self {
         let facts = |planning: &Planning| planning.facts.iter().map(|f| (f.variable, f.value)).collect();
         Rules { facts: program.planning.as_deref().map(facts), ..Default::default() }
     }

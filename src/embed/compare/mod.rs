@@ -60,7 +60,7 @@ fn analysed(
     settings: Settings,
     (phase, parsed): (&'static str, f64),
 ) -> Result<Analysis<AnyEngine>> {
-    let (mut time, engine) = (Times::of::<CheckFindings>(), settings.storage.name());
+    let (mut time, engine) = (Times::unfinished::<CheckFindings>(), settings.storage.name());
     let build = || built(&task.program, settings);
     let built = work.timed(phase, build, |_, seconds| time.add("build", seconds))?;
     let mut analysis = Analysis::new(&built, &task.preferences, options);

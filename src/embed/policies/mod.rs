@@ -32,7 +32,7 @@ enum PolicyForm {
 
 impl PolicyForm {
     /// Returns the form of a text.
-    fn of(source: &SourceFile) -> Self {
+    fn recognise(source: &SourceFile) -> Self {
         if node_file::is_nodes(source) {
             PolicyForm::Nodes
         } else if mix_text::is_mix(source) {
@@ -120,7 +120,7 @@ impl GivenPolicy {
         model: impl FnOnce(bool) -> Result<Model>,
         settings: Settings,
     ) -> Result<Self> {
-        let form = PolicyForm::of(source);
+        let form = PolicyForm::recognise(source);
         aim.check(form)?;
         let model = model(form == PolicyForm::Rules && aim.target.is_none())?;
         let sink = work.sink();

@@ -85,7 +85,7 @@ impl<D: Destination> Sweep<D> {
     /// The file belongs to another sweep, or has two rows for one instance; it cannot be written.
     pub fn resume(&mut self, to: D, mut known: impl FnMut(usize, Vec<String>)) -> Result<(), Error> {
         let mut file = RowFile::new(to, self.header());
-        let (positions, constants) = (Positions::of(&self.ranges), self.ranges.len());
+        let (positions, constants) = (Positions::new(&self.ranges), self.ranges.len());
         file.resume(constants, &|values: &[&str]| positions.get(values), |position, mut cells| {
             self.skipped.insert(position);
             known(position, cells.split_off(constants));
@@ -126,7 +126,7 @@ impl<D: Destination> Sweep<D> {
     /// The file cannot be read or written, or was changed meanwhile.
     pub fn finish(&mut self) -> Result<(), Error> {
         let Some(file) = self.file.take() else { return Ok(()) };
-        let positions = Positions::of(&self.ranges);
+        let positions = Positions::new(&self.ranges);
         file.finish(self.ranges.len(), &|values: &[&str]| positions.get(values))
     }
 }

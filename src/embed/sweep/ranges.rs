@@ -209,7 +209,7 @@ pub struct Positions<'r>(Vec<(HashMap<&'r str, usize>, usize)>);
 
 impl<'r> Positions<'r> {
     /// Numbers the combinations of ranges.
-    pub fn of(ranges: &'r [Range]) -> Self {
+    pub fn new(ranges: &'r [Range]) -> Self {
         let numbered = |range: &'r Range| {
             (range.values.iter().map(String::as_str).zip(0..).collect(), range.values.len())
         };
@@ -285,7 +285,7 @@ mod tests {
         assert_eq!(ranges.iter().map(|r| r.varies).collect::<Vec<_>>(), [true, false, true]);
         let all: Vec<String> = (0..count(&ranges).unwrap()).map(|i| instance(&ranges, i).join(" ")).collect();
         assert_eq!(all, ["1 5 x", "1 5 y", "2 5 x", "2 5 y"]);
-        let positions = Positions::of(&ranges);
+        let positions = Positions::new(&ranges);
         for at in 0..4 {
             assert_eq!(positions.get(&instance(&ranges, at)), Some(at));
         }

@@ -148,7 +148,7 @@ impl Numbers {
             }
             sum = self.binary(Binary::Add, sum, p)?;
         }
-        Ok(if short(sum) == Some(Short::ONE) { Sum::One } else { Sum::of(&self.at(sum)) })
+        Ok(if short(sum) == Some(Short::ONE) { Sum::One } else { Sum::judge(&self.at(sum)) })
     }
 
     fn known(
@@ -170,7 +170,7 @@ impl Numbers {
 
     /// Returns the word of a number.
     pub(super) fn place(&mut self, number: Real) -> i64 {
-        if let Some(x) = number.finite().and_then(Short::of) {
+        if let Some(x) = number.finite().and_then(Short::new) {
             return word(x);
         }
         let Numbers { list, places, .. } = self;

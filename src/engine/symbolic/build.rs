@@ -83,18 +83,18 @@ impl Explored {
             Some(given) => draft.store.and(&given(&draft.store)?, &draft.domain)?,
             None => draft.explore()?,
         };
-        Explored::of(draft, states)
+        Explored::checked(draft, states)
     }
 
     /// Takes the states of [`SymbolicEngine::everywhere`], with the bits in an order.
     fn everywhere(program: Arc<Program>, order: Vec<Bit>, settings: Settings) -> Result<Option<Self>> {
         check_width(order.len())?;
         let draft = Draft::new(program, order, Settings { scope: Scope::All, ..settings })?;
-        draft.meaningful()?.map(|states| Explored::of(draft, states)).transpose()
+        draft.meaningful()?.map(|states| Explored::checked(draft, states)).transpose()
     }
 
     /// Checks that every part of the program has a meaning in the states.
-    fn of(mut draft: Draft, states: Bdd) -> Result<Self> {
+    fn checked(mut draft: Draft, states: Bdd) -> Result<Self> {
         let rounded = draft.checked(&states)?;
         if draft.program.kind == ModelKind::Dtmc {
             let Draft { store, lists, translated: Translated { transitions, .. }, .. } = &mut draft;
@@ -114,7 +114,7 @@ impl Explored {
         let Translated { transitions, initial, .. } = translated;
         let (enabled, looping) = enabled(&store, &transitions, &states)?;
         let deadlocks = deadlocks(&program, &encoding, &store, &states)?.unwrap_or(looping);
-        let game = Game::of(&program, &encoding, &store, &transitions, &enabled)?;
+        let game = Game::find(&program, &encoding, &store, &transitions, &enabled)?;
         let groups = transitions.lists(&store, &lists)?;
         let enabled = Arc::new(enabled);
         Ok(SymbolicEngine {

@@ -57,7 +57,7 @@ impl Game {
     ///
     /// # Errors
     /// A limit; a state in which two players have a choice, or several choices have no player.
-    pub(super) fn of(
+    pub(super) fn find(
         program: &Program,
         encoding: &Encoding,
         store: &Store,

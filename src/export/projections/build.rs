@@ -62,7 +62,7 @@ pub fn build<E: Dumpable>(
     let mut choices = directions::of(engine, plane, names)?;
     let rows_up = directions::rows_up(engine.program(), plane, &choices);
     choices.truncate(arrows);
-    let mut sets = Sets::of(analysis, engine, &choices)?;
+    let mut sets = Sets::compute(analysis, engine, &choices)?;
     let mut diagram = engine.diagram(&sets.all(), &[])?;
     if diagram.nodes.len() > most_nodes {
         choices.clear();
@@ -122,9 +122,13 @@ fn marked(engine: &SymbolicEngine, goal: &Goal, target: StateSet) -> Result<Stat
 }
 
 impl Sets {
-    fn of<E: Dumpable>(analysis: &Analysis<E>, engine: &SymbolicEngine, named: &[Direction]) -> Result<Self> {
+    fn compute<E: Dumpable>(
+        analysis: &Analysis<E>,
+        engine: &SymbolicEngine,
+        named: &[Direction],
+    ) -> Result<Self> {
         let choices = named.len();
-        let ladder = |kind| Rungs::of(analysis, engine, kind, choices);
+        let ladder = |kind| Rungs::compute(analysis, engine, kind, choices);
         let ladders = [ladder(Kind::Sasi)?, ladder(Kind::Spi)?];
         let classes = analysis.classes().into_iter().flat_map(|c| &c.list);
         let diagram = |x| analysis.engine().states_diagram(x).cloned();
@@ -137,7 +141,7 @@ impl Sets {
         let is_empty = unsafe_states.as_ref().map_or(Ok(true), |states| engine.is_empty(states))?;
         let whole = analysis.whole_engine().diagrams()?;
         let levels = [&*ladders[0].levels, &*ladders[1].levels];
-        let game = GameSets::of(whole, engine, &neighbours(analysis)?, levels, choices)?;
+        let game = GameSets::compute(whole, engine, &neighbours(analysis)?, levels, choices)?;
         Ok(Sets {
             scope: engine.all_states(),
             unsafe_states: unsafe_states.filter(|_| !is_empty),
@@ -187,7 +191,7 @@ impl Sets {
 }
 
 impl Rungs {
-    fn of<E: Dumpable>(
+    fn compute<E: Dumpable>(
         analysis: &Analysis<E>,
         engine: &SymbolicEngine,
         kind: Kind,

@@ -81,7 +81,7 @@ impl GameSets {
     /// Finds the players' states and what the first `choices` choices lead to. `engine` is that of the
     /// safe states, `whole` that of all states, `levels` are those of SASI and SPI. Cost: one pre-image per
     /// rank of both kinds, and four per class.
-    pub(super) fn of(
+    pub(super) fn compute(
         whole: &SymbolicEngine,
         engine: &SymbolicEngine,
         classes: &[Neighbours],

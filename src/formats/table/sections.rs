@@ -22,13 +22,13 @@ pub(super) struct Sections<'s> {
 
 /// Returns true if a file has the values or the labels of its states, too.
 pub(crate) fn has_states(source: &Arc<SourceFile>) -> bool {
-    let sections = Sections::of(source);
+    let sections = Sections::find(source);
     sections.states.or(sections.labels).is_some()
 }
 
 impl<'s> Sections<'s> {
     /// Finds the sections of a file. Lines before the first heading are transitions.
-    pub(super) fn of(source: &'s Arc<SourceFile>) -> Self {
+    pub(super) fn find(source: &'s Arc<SourceFile>) -> Self {
         let part = |range| Part { source, range };
         let (transitions, states, labels) = (part(0..0), None, None);
         let mut sections = Sections { heading: None, transitions, states, labels, unread: None, again: None };

@@ -48,7 +48,7 @@ pub(crate) fn load(
 ) -> Result<Checked> {
     frame.refuse_values()?;
     let mut poll = Poll::new(frame.sink);
-    let sections = Sections::of(frame.source);
+    let sections = Sections::find(frame.source);
     let mut table = transitions(frame, &sections, &mut poll)?;
     if let Some(values) = sections.states.or(values.map(Part::whole)) {
         table.columns = columns(&values, table.states(), &mut poll)?;

@@ -21,9 +21,9 @@ pub(super) struct Composition {
 }
 
 impl Composition {
-    pub(super) fn of(program: &Program) -> Self {
+    pub(super) fn new(program: &Program) -> Self {
         let prefix = free_prefix(program);
-        let partners = Partners::of(program);
+        let partners = Partners::new(program);
         let (mut commands, mut labels, mut renamed) = (Vec::new(), Vec::new(), Vec::new());
         for (index, step) in program.synchronisations.iter().enumerate() {
             let label = match partners.own_label(program, step) {
@@ -85,7 +85,7 @@ struct Partners {
 }
 
 impl Partners {
-    fn of(program: &Program) -> Self {
+    fn new(program: &Program) -> Self {
         let mut commands = vec![0; program.actions.len()];
         program.commands.iter().filter_map(|c| c.action).for_each(|a| commands[a] += 1);
         let mut moves = vec![0; program.commands.len()];

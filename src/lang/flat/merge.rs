@@ -22,7 +22,7 @@ const MOST_COMMANDS: usize = 100_000;
 /// # Errors
 /// The merged modules have too many commands.
 pub(super) fn merged(whole: &Arc<Program>) -> Result<Arc<Program>> {
-    let classes = Classes::of(whole);
+    let classes = Classes::new(whole);
     let owners = classes.owners(whole);
     if classes.are_apart() && whole.variables.iter().zip(&owners).all(|(v, owner)| v.module == *owner) {
         return Ok(Arc::clone(whole));
@@ -68,7 +68,7 @@ struct Classes {
 }
 
 impl Classes {
-    fn of(program: &Program) -> Self {
+    fn new(program: &Program) -> Self {
         let mut writers: Vec<Vec<usize>> = program.variables.iter().map(|_| Vec::new()).collect();
         let mut labelled = vec![false; program.variables.len()];
         for step in &program.synchronisations {

@@ -30,7 +30,7 @@ impl Monitoring<'_> {
         let own = |mark: &ExprId| self.installed.iter().position(|w| w.mark == *mark);
         let places = marks.iter().map(own).collect::<Option<Vec<_>>>()?;
         let monitors: Vec<&Monitor> = places.iter().map(|&place| &self.installed[place].monitor).collect();
-        let joint = Joint::of(&monitors)?;
+        let joint = Joint::explore(&monitors)?;
         let position = |mark: &ExprId| marks.iter().position(|known| known == mark);
         let mut open = vec![false; joint.states.len()];
         for case in condition.negated().disjuncts().ok()? {

@@ -129,7 +129,7 @@ impl<'p> Monitoring<'p> {
         if let Some(&known) = self.marks.get(&watched) {
             return Ok(known);
         }
-        let monitor = Monitor::of(&self.formulas, watched)?;
+        let monitor = Monitor::owing(&self.formulas, watched)?;
         let purpose = Purpose { asks, owes: !self.formulas.only_lasts(watched) };
         let mark = self.install(monitor, purpose, name)?;
         self.marks.insert(watched, mark);
@@ -209,7 +209,7 @@ impl<'p> Monitoring<'p> {
 
 /// Returns the condition that nothing is enabled, `None` if something is enabled everywhere.
 fn deadlock(program: &Program, pool: &mut ExprPool) -> Result<Option<ExprId>> {
-    let label = Expr::of(NodeKind::Label("deadlock".into()), Span::default());
+    let label = Expr::new(NodeKind::Label("deadlock".into()), Span::default());
     let deadlock = lower_condition(program, pool, &SourceFile::new("deadlock", ""), &label)?;
     Ok((pool.literal(deadlock) != Some(Value::Bool(false))).then_some(deadlock))
 }

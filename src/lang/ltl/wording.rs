@@ -26,7 +26,7 @@ pub(super) fn wording(
     purpose: Purpose,
     texts: &AHashMap<(ExprId, bool), String>,
 ) -> Vec<String> {
-    let settled = Settled::of(monitor);
+    let settled = Settled::new(monitor);
     let mut names: Vec<String> = Vec::with_capacity(monitor.states.len());
     for (state, &decision) in monitor.states.iter().enumerate() {
         let wanted = match purpose.asks {

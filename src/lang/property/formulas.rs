@@ -58,7 +58,7 @@ impl Checker<'_> {
         for bound in formula.bounds_mut() {
             let span = bound.span();
             let steps = i64::try_from(self.steps(bound)?).unwrap_or(i64::MAX);
-            *bound = Expr::of(NodeKind::Literal(Value::Int(steps)), span);
+            *bound = Expr::new(NodeKind::Literal(Value::Int(steps)), span);
         }
         formula.operands_mut().into_iter().try_for_each(|part| self.known(part, nested))
     }

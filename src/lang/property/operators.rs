@@ -160,7 +160,7 @@ impl Parser<'_> {
         let span = start.to(self.before());
         let operator = Operator { coalition: None, kind, head, span };
         let Some((function, states)) = filter else { return Ok(operator) };
-        let of = Expr::of(NodeKind::Operator(Box::new(operator)), span);
+        let of = Expr::new(NodeKind::Operator(Box::new(operator)), span);
         let kind = OperatorKind::Filter(function, of, Some(states));
         Ok(Operator { coalition: None, kind, head, span })
     }

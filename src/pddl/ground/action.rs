@@ -83,7 +83,7 @@ pub(super) fn ground(
 /// # Errors
 /// There are too many.
 fn outcomes(task: &Task, atoms: &Atoms, action: &Action, row: &[Object]) -> Result<Vec<Outcome>> {
-    match Outcomes::of(atoms, &action.effect, &mut row.to_vec(), &Rc::default()) {
+    match Outcomes::new(atoms, &action.effect, &mut row.to_vec(), &Rc::default()) {
         Some(outcomes) => Ok(simplified(atoms, outcomes)),
         None => {
             let name = task.called(&action.name, row);

@@ -77,7 +77,7 @@ impl Atoms {
 /// A limit; an action with more than [`outcomes::MOST_OUTCOMES`] outcomes, or with an amount that has no value.
 pub(crate) fn ground(task: &Task, sink: &dyn ProgressSink) -> Result<GroundTask> {
     sink.progress("grounding", &|| format!("{} actions", task.actions.len()));
-    let reached = Reached::of(task, sink)?;
+    let reached = Reached::compute(task, sink)?;
     let deleted = reached.deleted(task, sink)?;
     let (mut atoms, facts, constant) = reached.facts(task, &deleted);
     let always: AHashSet<&GroundAtom> = task.initial.iter().collect();

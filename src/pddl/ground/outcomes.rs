@@ -34,7 +34,7 @@ pub(super) struct Outcomes {
 
 impl Outcomes {
     /// Returns the outcomes of an effect; `None` if there are too many.
-    pub(super) fn of(
+    pub(super) fn new(
         atoms: &Atoms,
         effect: &Effect,
         values: &mut Vec<Object>,
@@ -52,7 +52,7 @@ impl Outcomes {
                 let mut product = Self::one(Vec::new());
                 for part in parts {
                     if !atoms.is_void(part, values) {
-                        product = product.times(Self::of(atoms, part, values, conditions)?)?;
+                        product = product.times(Self::new(atoms, part, values, conditions)?)?;
                     }
                 }
                 Some(product.distinct())
@@ -66,7 +66,7 @@ impl Outcomes {
                 }
                 both.sort_unstable();
                 both.dedup();
-                Self::of(atoms, inner, values, &Rc::new(both))
+                Self::new(atoms, inner, values, &Rc::new(both))
             }
             Effect::All(domains, inner) => {
                 let mut product = Some(Self::one(Vec::new()));
@@ -74,14 +74,14 @@ impl Outcomes {
                     if atoms.is_void(inner, &mut values.to_vec()) {
                         return;
                     }
-                    let part = Self::of(atoms, inner, &mut values.to_vec(), conditions);
+                    let part = Self::new(atoms, inner, &mut values.to_vec(), conditions);
                     product = product.take().and_then(|product| product.times(part?));
                 });
                 product.map(Self::distinct)
             }
             Effect::OneOf(parts) => {
                 let parts: Option<Vec<Self>> =
-                    parts.iter().map(|part| Self::of(atoms, part, values, conditions)).collect();
+                    parts.iter().map(|part| Self::new(atoms, part, values, conditions)).collect();
                 Self::one_of(parts?)
             }
             Effect::Probably(parts) => Self::probably(atoms, parts, values, conditions),
@@ -179,7 +179,7 @@ impl Outcomes {
     ) -> Option<Self> {
         let (mut all, mut weights, mut rest) = (Vec::new(), Vec::new(), Ratio::one());
         for (probability, effect) in parts.iter().filter(|(probability, _)| !probability.is_zero()) {
-            let part = Self::of(atoms, effect, values, conditions)?;
+            let part = Self::new(atoms, effect, values, conditions)?;
             rest -= probability;
             weights.extend(part.probabilities().into_iter().map(|weight| weight * probability));
             all.extend(part.all);

@@ -34,7 +34,7 @@ impl Reached {
     ///
     /// # Errors
     /// A limit.
-    pub(super) fn of(task: &Task, sink: &dyn ProgressSink) -> Result<Self> {
+    pub(super) fn compute(task: &Task, sink: &dyn ProgressSink) -> Result<Self> {
         let predicates = task.predicates.iter().map(|p| p.parameters.len());
         let arities = predicates.chain(task.actions.iter().map(|a| a.parameters.len()));
         let mut relations: Vec<Relation> = arities.map(Relation::new).collect();

@@ -35,7 +35,7 @@ impl<E: Engine> Analysis<E> {
         Ok(Prospects {
             state: state.to_vec(),
             owner: is_theirs.then_some("opponent"),
-            values: Valuation::of(program, state),
+            values: Valuation::new(program, state),
             escape: self.escape(program, state)?,
             sure: self.sure(state)?,
             possible: self.objectives_at(state, |regions| &regions.positive)?,

@@ -73,7 +73,8 @@ impl<E: Engine> Requirements<E> {
             path.push((next, None));
         }
         let violated = path.last().map(|(state, _)| violated(engine, requirements, state)).transpose()?;
-        let step = |(state, action): (State, _)| EscapeStep { state: Valuation::of(program, &state), action };
+        let step =
+            |(state, action): (State, _)| EscapeStep { state: Valuation::new(program, &state), action };
         Ok(Some(Escape { violated: violated.flatten(), path: path.into_iter().map(step).collect() }))
     }
 

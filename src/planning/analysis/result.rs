@@ -73,7 +73,7 @@ pub struct ModelCounts {
 
 impl ModelCounts {
     /// Counts the model of an engine. Cost: no image.
-    pub fn of<E: Engine>(engine: &E) -> Result<Self> {
+    pub fn count<E: Engine>(engine: &E) -> Result<Self> {
         let states = engine.all_states();
         Ok(ModelCounts {
             model_states: engine.count_model_states(&states)?,

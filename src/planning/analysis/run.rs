@@ -150,7 +150,7 @@ impl<E: Engine> Analysis<E> {
     fn run_counts(&mut self, listener: &mut dyn FnMut(Event<'_>)) -> Result<()> {
         let unsafe_states =
             self.requirements.as_ref().map(|r| self.engine.count(&r.unsafe_states)).transpose()?;
-        let counts = ModelCounts { unsafe_states, ..ModelCounts::of(&*self.whole)? };
+        let counts = ModelCounts { unsafe_states, ..ModelCounts::count(&*self.whole)? };
         self.result.tell(Event::Counts(&counts), listener);
         Ok(())
     }

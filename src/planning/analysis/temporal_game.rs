@@ -79,7 +79,7 @@ pub(crate) fn region<E: Engine>(
 /// # Errors
 /// The errors of [`region`].
 fn almost_sure<E: Engine>(engine: &E, condition: &Condition) -> Result<E::States> {
-    let parity = Parity::of(engine, condition)?;
+    let parity = Parity::new(engine, condition)?;
     let mut left = Region { states: engine.all_states(), choices: engine.all_choices() };
     loop {
         let won = parity.won_within(engine, &left)?;
@@ -134,7 +134,7 @@ impl<E: Engine> Parity<E> {
     ///
     /// # Errors
     /// Several marks are left to decide, or the errors of [`Engine::states_where`].
-    fn of(engine: &E, condition: &Condition) -> Result<Self> {
+    fn new(engine: &E, condition: &Condition) -> Result<Self> {
         let marked = match condition.undecided().as_slice() {
             [] => engine.no_states(),
             [mark] => engine.states_where(mark)?,

@@ -217,7 +217,7 @@ impl StateValues {
     fn without<E: Engine>(analysis: &Analysis<E>, program: &Program, state: &State) -> Result<Self> {
         let most_preferred = analysis.most_preferred(state)?;
         Ok(StateValues {
-            state: Valuation::of(program, state),
+            state: Valuation::new(program, state),
             is_unsafe: analysis.is_unsafe(state)?,
             most_preferred: most_preferred.into_iter().map(str::to_owned).collect(),
             sasi_rank: analysis.rank(Kind::Sasi, state)?,

@@ -91,8 +91,8 @@ impl CommandBuilder<'_> {
             wrong.push(fails);
             sum = next;
         }
-        wrong.push(sum.states_where(store, |v| Sum::of(&real(v)) == Sum::Wrong)?);
-        let rounded = sum.states_where(store, |v| Sum::of(&real(v)) == Sum::Rounded)?;
+        wrong.push(sum.states_where(store, |v| Sum::judge(&real(v)) == Sum::Wrong)?);
+        let rounded = sum.states_where(store, |v| Sum::judge(&real(v)) == Sum::Rounded)?;
         let before = self.rounded.borrow().clone();
         self.rounded.replace(store.or(&before, &rounded)?);
         Ok((taken, store.any(wrong)?))

@@ -43,7 +43,7 @@ pub(super) fn shortened(program: &Program) -> Option<Shortened> {
     if program.variables.iter().any(|v| v.bits() > 1) {
         return None;
     }
-    let hypergraph = Hypergraph::of(program)?;
+    let hypergraph = Hypergraph::new(program)?;
     // Variables without a group come below all others.
     let (grouped, alone): (Vec<usize>, Vec<usize>) =
         (0..program.variables.len()).partition(|&v| !hypergraph.at[v].is_empty());
@@ -65,7 +65,7 @@ struct Hypergraph {
 
 impl Hypergraph {
     /// Creates the hypergraph of a program, unless that takes too long.
-    fn of(program: &Program) -> Option<Self> {
+    fn new(program: &Program) -> Option<Self> {
         let mut steps = MOST_STEPS;
         let mut edges = Vec::new();
         let mut dependent = vec![AHashSet::new(); program.variables.len()];
@@ -287,7 +287,7 @@ mod tests {
                     [] a != b -> (b'=a); [] a != c -> (c'=a); [] c & d -> (d'=false); endmodule";
         let none = SourceFile::new("constants", "");
         let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
-        let edges = Hypergraph::of(&program).unwrap().edges;
+        let edges = Hypergraph::new(&program).unwrap().edges;
         // Flag a with its commands' flags b and c; flag c with itself and d, as the third command.
         assert_eq!(edges, [vec![0, 1], vec![0, 1, 2], vec![0, 2], vec![2, 3]]);
     }

@@ -26,7 +26,7 @@ pub(super) fn by_positions(program: &Program) -> Option<Ordered> {
     let owner = |v: &VarId| program.variables[v.index()].module;
     let mut shared: Vec<VarId> = program.variable_ids().filter(|v| owner(v).is_none()).collect();
     let mut modules: Vec<IndependentModule<'_>> =
-        (0..program.modules.len()).map(|m| IndependentModule::of(program, m)).collect();
+        (0..program.modules.len()).map(|m| IndependentModule::new(program, m)).collect();
     modules.retain(|w| !w.commands.is_empty() || !w.variables.is_empty());
     match modules.as_mut_slice() {
         [] => return None,
@@ -68,7 +68,7 @@ struct IndependentModule<'p> {
 }
 
 impl<'p> IndependentModule<'p> {
-    fn of(program: &'p Program, module: usize) -> Self {
+    fn new(program: &'p Program, module: usize) -> Self {
         let owned = |v: &VarId| program.variables[v.index()].module == Some(module);
         IndependentModule {
             variables: program.variable_ids().filter(owned).collect(),

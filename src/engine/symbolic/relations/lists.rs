@@ -54,7 +54,7 @@ pub(in crate::symbolic) enum ListKind {
 }
 
 impl ListKind {
-    fn of(here: &[PartialRelation], below: Option<&Arc<RelationList>>) -> Self {
+    fn new(here: &[PartialRelation], below: Option<&Arc<RelationList>>) -> Self {
         let below = below.map_or(ListKind::Empty, |list| list.kind);
         match (here, below) {
             ([], _) => below,
@@ -86,7 +86,7 @@ impl RelationList {
             is_constant,
             number: store.new_key()?,
             top,
-            kind: ListKind::of(&here, below.as_ref()),
+            kind: ListKind::new(&here, below.as_ref()),
             cofactors: OnceLock::new(),
             layers: OnceLock::new(),
             here,

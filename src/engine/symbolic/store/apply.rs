@@ -51,7 +51,7 @@ enum Simple<'e, 'id: 'e> {
 
 impl<'e, 'id: 'e> Simple<'e, 'id> {
     /// Returns the function of f with these values where f is false and where it is true.
-    fn of([clear, set]: [bool; 2], f: Edge<'e, 'id>) -> Self {
+    fn new([clear, set]: [bool; 2], f: Edge<'e, 'id>) -> Self {
         match (clear, set) {
             (false, true) => Simple::Same(f),
             (true, false) => Simple::Negation(f),
@@ -175,13 +175,13 @@ impl<'m, 'id: 'm> Walk<'m, 'id> {
     fn simple<'e, C: Connective>(&self, f: Edge<'e, 'id>, g: Edge<'e, 'id>) -> Option<Simple<'e, 'id>> {
         let table = C::TABLE;
         if f == g {
-            return Some(Simple::of([table[0][0], table[1][1]], f));
+            return Some(Simple::new([table[0][0], table[1][1]], f));
         }
         if let Some(value) = self.m.value_of(f) {
-            return Some(Simple::of(table[usize::from(value)], g));
+            return Some(Simple::new(table[usize::from(value)], g));
         }
         let value = usize::from(self.m.value_of(g)?);
-        Some(Simple::of([table[0][value], table[1][value]], f))
+        Some(Simple::new([table[0][value], table[1][value]], f))
     }
 
     #[inline]

@@ -59,7 +59,7 @@ impl<'a> Lowering<'a> {
         }
         for &(instance, edge) in parts {
             if let Some(guard) = &edge.guard {
-                let guard_id = self.typed(&guard.exp, Place::of(instance), Type::Bool, "a guard")?;
+                let guard_id = self.typed(&guard.exp, Place::new(instance), Type::Bool, "a guard")?;
                 conditions.push((guard_id, guard.exp.span()));
             }
         }
@@ -70,7 +70,7 @@ impl<'a> Lowering<'a> {
         let mut probability: Option<(ExprId, Span)> = None;
         for (&(instance, _), destination) in parts.iter().zip(destinations) {
             let own = match &destination.probability {
-                Some(e) => self.typed(&e.exp, Place::of(instance), Type::Real, "a probability")?,
+                Some(e) => self.typed(&e.exp, Place::new(instance), Type::Real, "a probability")?,
                 None => self.lowerer.literal(Value::Real(1.0))?,
             };
             let own = (own, destination.span);

@@ -177,7 +177,7 @@ impl<'a> Lowering<'a> {
         let mut result = self.initial_of_transient(index, span)?;
         for (instance, location, value) in given.into_iter().rev() {
             let what = format!("the value of `{}`", variable.name.name);
-            let then = self.typed(value, Place::of(instance), variable.ty.ty, &what)?;
+            let then = self.typed(value, Place::new(instance), variable.ty.ty, &what)?;
             result = match self.at(instance, &location.name)? {
                 Some(here) => self.lowerer.ite(here, (then, value.span()), (result, span))?,
                 None => then,

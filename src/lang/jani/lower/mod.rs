@@ -113,7 +113,7 @@ impl Lowering<'_> {
         };
         let checked = |(name, lowered): Lowered| {
             let term = lowered.and_then(|property| {
-                property.term(&program, &program.source, &Named::default()).map_err(|e| Refusal::of(&e))
+                property.term(&program, &program.source, &Named::default()).map_err(|e| Refusal::new(&e))
             });
             Property { name, term }
         };

@@ -102,7 +102,7 @@ impl Lowering<'_> {
         }
         let Some(id) = self.plain(bound) else { return Some(None) };
         self.lowerer.pool.exact_literal(id)?;
-        let bound = Expr::of(NodeKind::Known(id), bound.last()?.span);
+        let bound = Expr::new(NodeKind::Known(id), bound.last()?.span);
         Some(self.known_operator(operator, rewards, Some((comparison, bound))))
     }
 

@@ -87,7 +87,7 @@ pub(super) struct Place<'c> {
 
 impl Place<'_> {
     /// Returns the context of an element of the system.
-    pub(super) fn of(instance: usize) -> Self {
+    pub(super) fn new(instance: usize) -> Self {
         Place { instance: Some(instance), ..Place::default() }
     }
 }

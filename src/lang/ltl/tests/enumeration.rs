@@ -369,7 +369,7 @@ impl Judge {
         if let Some(known) = self.known.get(&watched) {
             return Rc::clone(known);
         }
-        let monitor = Monitor::of(&self.all, watched).unwrap();
+        let monitor = Monitor::owing(&self.all, watched).unwrap();
         let table = self.table(&monitor);
         let found = match self.judged.get(&table) {
             Some(found) => Rc::clone(found),

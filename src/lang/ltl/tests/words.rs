@@ -30,7 +30,7 @@ impl Word {
 
 pub(super) fn state(atom: u8) -> Formula {
     let name = NodeKind::Name(char::from(b'a' + atom).to_string().into());
-    made(FormulaKind::State(Expr::of(name, Span::default())))
+    made(FormulaKind::State(Expr::new(name, Span::default())))
 }
 
 pub(super) fn made(kind: FormulaKind) -> Formula {
@@ -38,7 +38,7 @@ pub(super) fn made(kind: FormulaKind) -> Formula {
 }
 
 fn number(n: u64) -> Option<(Expr, bool)> {
-    Some((Expr::of(NodeKind::Literal(Value::Int(n as i64)), Span::default()), false))
+    Some((Expr::new(NodeKind::Literal(Value::Int(n as i64)), Span::default()), false))
 }
 
 /// Returns the value of a formula at each position: the definition of LTL.
@@ -196,7 +196,7 @@ impl Judge {
         let (mut atoms, mut all) = (Atoms::new(), Formulas::new());
         let normal = Normaliser::new(&mut atoms, &mut all).build(f, true)?;
         let tree = leaves(&mut all, normal).map_err(|found| found.limit)?;
-        let monitors = all_leaves(&tree).into_iter().map(|leaf| Monitor::of(&all, leaf.watched));
+        let monitors = all_leaves(&tree).into_iter().map(|leaf| Monitor::owing(&all, leaf.watched));
         Ok(Judge { monitors: monitors.collect::<Result<_>>()?, tree, pool: atoms.pool })
     }
 
