@@ -263,13 +263,13 @@ pub mod lang {
 /// work.
 pub mod commands {
     #[doc(inline)]
+    pub use crate::embed::{GivenDump, listed, strategy_of};
+    #[doc(inline)]
     #[cfg(feature = "output")]
     pub use crate::embed::{
         GivenPolicy, Kept, PageRun, PolicyAim, Work, check, compare, dump_files, explicit_files, region_dump,
         strategies, values,
     };
-    #[doc(inline)]
-    pub use crate::embed::{listed, strategy_of};
 }
 
 /// Flat programs and preferences, from [`meliora_model`]; values and diagrams, from [`meliora_base`].

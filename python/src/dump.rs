@@ -177,8 +177,7 @@ impl Verdict {
 ///     timeout, progress: As in `Model.explore`.
 ///
 /// Raises:
-///     Error: The dump is invalid.
-///     UsageError: The dump has no certificate.
+///     Error: The dump is invalid, or has no certificate.
 ///     OSError: A file cannot be read.
 #[pyfunction]
 #[pyo3(signature = (folder, model, preferences, *, timeout=None, progress=None))]

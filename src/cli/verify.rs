@@ -3,11 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use meliora_base::error::{Error, Limit, SourceFile};
-use meliora_certify as certify;
-use meliora_dump::Manifest;
-use meliora_dump::directory::sha256;
-use meliora_dump::manifest::FILE;
+use meliora::commands::GivenDump;
+use meliora_base::error::{Error, Limit};
 use meliora_engine::Scope;
 use meliora_report::VerifyReport;
 
@@ -100,14 +97,9 @@ pub(super) fn run(args: VerifyArgs) -> Result<Status, Error> {
 }
 
 fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Result<(), Error> {
-    let (dump, picture) =
-        job.timed("load", || certify::read(load::dump(&args.directory)?, job.sink.as_ref()), |_, _| ())?;
-    let manifest = &dump.manifest;
-    if !manifest.questions.is_empty() {
-        let message = "the dump was written by `meliora reach --out`, which proves nothing: its regions are not \
-                       certified; `verify` checks dumps of `meliora export`";
-        return Err(wrong(&args.directory, message.to_owned()));
-    }
+    let read = || GivenDump::read(load::dump(&args.directory)?, job.sink.as_ref());
+    let dump = job.timed("load", read, |_, _| ())?;
+    let manifest = dump.manifest();
     job.update(|r| r.set_taken(manifest));
     let given = load::given("the constants of the dump", manifest.given_constants(), args.bounds.join(","));
     let coalition = args.coalition.as_deref();
@@ -116,19 +108,9 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Resul
         load::preferring(model, preferences, &job.sink)
     };
     let task =
-        job.timed("parse", task, |_, _| ()).map_err(|error| explained(error, args, preferences, manifest))?;
-    if dump.certificate.is_none() {
-        let message = "the dump has no certificate; `meliora export` without `--region` and `--no-certificate` writes one";
-        return Err(wrong(&args.directory, message.to_owned()));
-    }
-    let scope = scope(manifest, &args.directory)?;
-    let settings = args.limits.settings(scope, job);
-    let model = sha256(task.program.source.original().as_bytes());
-    let preferences = sha256(task.source.original().as_bytes());
-    let hashes = certify::Hashes { model: &model, preferences: &preferences };
-    let verify = || certify::verify(&task.program, &task.preferences, hashes, &dump, settings);
-    let mut verdict = job.timed("verify", verify, |_, _| ())?;
-    verdict.violation = verdict.violation.or(picture);
+        job.timed("parse", task, |_, _| ()).map_err(|error| explained(error, args, preferences, &dump))?;
+    let settings = args.limits.settings(Scope::default(), job);
+    let verdict = job.timed("verify", || dump.check(&task, settings), |_, _| ())?;
     job.update(|r| r.set(&task.program, &verdict));
     // Uncertified regions must not look like success.
     match verdict.uncertified.len() {
@@ -139,32 +121,9 @@ fn work(job: &Job<VerifyReport>, args: &VerifyArgs, preferences: &Path) -> Resul
 }
 
 /// Explains an error in a text that is not the one the dump was made from.
-fn explained(error: Error, args: &VerifyArgs, preferences: &Path, manifest: &Manifest) -> Error {
-    let differs = |source: &SourceFile, expected: &str| sha256(source.original().as_bytes()) != expected;
-    let model = load::document(&args.model).is_ok_and(|read| differs(read.source(), &manifest.model.sha256));
-    let wishes =
-        || load::read(preferences).is_ok_and(|source| differs(&source, &manifest.preferences.sha256));
-    let (what, file, made_from) = match error {
-        Error::Input(_) if model => ("model", args.model.shown(), &manifest.model.path),
-        Error::Input(_) if wishes() => {
-            ("preference file", preferences.display().to_string(), &manifest.preferences.path)
-        }
-        error => return error,
-    };
-    let made_from = made_from.escape_debug();
-    let message = format!(
-        "the dump was made from another {what}, `{made_from}`, whose text differs from that of `{file}`"
-    );
-    wrong(&args.directory, message)
-}
-
-fn scope(manifest: &Manifest, directory: &Path) -> Result<Scope, Error> {
-    let [reachable, all] = [Scope::Reachable, Scope::All].map(Scope::name);
-    let found = manifest.scope.escape_debug();
-    let message = || format!("the scope is `{found}`; expected `{reachable}` or `{all}`");
-    manifest.scope.parse().map_err(|_| wrong(directory, message()))
-}
-
-fn wrong(directory: &Path, message: String) -> Error {
-    Error::Dump { file: directory.join(FILE).display().to_string(), line: 0, message }
+fn explained(error: Error, args: &VerifyArgs, preferences: &Path, dump: &GivenDump) -> Error {
+    let Error::Input(_) = error else { return error };
+    let model = || dump.made_from("model", load::document(&args.model).ok()?.source());
+    let wishes = || dump.made_from("preference file", &*load::read(preferences).ok()?);
+    model().or_else(wishes).unwrap_or(error)
 }

@@ -1,11 +1,12 @@
 //! The directory of a dump: regions, values and a certificate.
 
 use std::path::Path;
+use std::sync::Arc;
 
-use super::{Task, Work};
-use meliora_base::error::{Limit, Result};
+use super::{Analysis as OwnAnalysis, Kept, Task, Work};
+use meliora_base::error::{Limit, Result, SourceFile};
 use meliora_dump::Dump;
-use meliora_dump::directory::{complete_directory, sha256, write_regions_first};
+use meliora_dump::directory::{check_directory, complete_directory, sha256, write_regions_first};
 use meliora_engine::{Engine, SymbolicEngine};
 use meliora_export::bounds::{self, Wanted};
 use meliora_export::{DumpContent, Inputs, certify, export};
@@ -14,7 +15,7 @@ use meliora_planning::Analysis;
 use meliora_quantities::Values;
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::Costs;
-use meliora_report::ExportReport;
+use meliora_report::{ExportReport, Header};
 
 /// The contents of a dump.
 #[derive(Debug, Clone, Copy)]
@@ -42,6 +43,33 @@ pub struct DumpValues<'a> {
     pub limit: usize,
     /// The largest width of a bound, for the report.
     pub precision: f64,
+}
+
+impl OwnAnalysis {
+    /// Writes a dump with a certificate into a directory, as `meliora export` does; an older dump there
+    /// is replaced. `preferences` is their text. Cost: the analysis once more, with the diagrams and the remembered results
+    /// of the symbolic engine, and then one image per layer of each region. The states of an explicit engine are
+    /// explored again as diagrams.
+    ///
+    /// # Errors
+    /// See [`write_dump`]; the directory contains something else; an objective is called `nothing`.
+    pub fn export(&self, preferences: &Arc<SourceFile>, directory: &Path) -> Result<()> {
+        check_directory(directory)?;
+        let (program, settings) = (self.exploration().own_program(), self.whole_engine().settings().clone());
+        let kept = Kept::new(ExportReport::to_directory(Header::default(), ""), Arc::clone(&settings.sink));
+        // Other players than those of the engine's program need a program of their own.
+        let engine = match self.whole_engine().symbolic() {
+            Some(engine) if Arc::ptr_eq(engine.program(), &program) => Arc::clone(engine),
+            _ => Arc::new(SymbolicEngine::new(Arc::clone(&program), settings)?),
+        };
+        let own = Arc::new(self.preferences().clone());
+        let mut analysis = Analysis::new(&engine, &own, self.options());
+        analysis.run(&mut |_| ())?;
+        let names = (program.source.name.clone(), preferences.name.clone());
+        let task = Task { program, preferences: own, source: Arc::clone(preferences), overlap: None };
+        let options = DumpOptions { regions: &[], certificate: true, dot: false, values: None };
+        write_dump(&kept, (&analysis, &task), names, options, directory)
+    }
 }
 
 /// Writes the dump of a complete analysis into a directory; an older dump there is replaced. `model` and `preferences` are

@@ -56,6 +56,7 @@ pub use analysis::Analysis;
 pub use ask::{Ask, AskResult, Properties};
 #[cfg(feature = "output")]
 pub use compare::compare;
+pub use dumps::GivenDump;
 pub use episodes::{Missed, Position, ShieldTable};
 pub use exploration::{Exploration, Reached};
 pub use members::Listing;

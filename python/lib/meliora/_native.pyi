@@ -1346,6 +1346,5 @@ def verify(folder: _Path, model: Model, preferences: Preferences | _Path, *, tim
         timeout, progress: As in `Model.explore`.
 
     Raises:
-        Error: The dump is invalid.
-        UsageError: The dump has no certificate.
+        Error: The dump is invalid, or has no certificate.
         OSError: A file cannot be read."""
