@@ -26,7 +26,7 @@ type Aim<'a, 'py> = (Option<String>, Option<&'a Bound<'py, PyAny>>, bool);
 #[pymethods]
 impl Model {
     /// Checks a policy without the code that finds policies, as `meliora verify` does: each state that it visits needs an
-    /// enabled action, and it must keep what it promises.
+    /// enabled action, and it must keep its promise.
     ///
     /// Args:
     ///     policy: What `ask(policy=True)` or `Strategy.policy` returns, or the path of a file that the command or a planner

@@ -310,6 +310,35 @@ fn rewards_of_a_game_may_be_kept_where_the_target_is_not_reached() {
     );
 }
 
+/// The best choice depends on the reward so far: 4 are kept, and 0 are risked for 2.
+const RISK: &str = "mdp\nmodule m\n x : [0..5] init 0;\n [draw] x=0 -> 1/2:(x'=1) + 1/2:(x'=2);\n\
+    [on] x=1 | x=2 -> (x'=3);\n [keep] x=3 -> (x'=4);\n [risk] x=3 -> 1/2:(x'=4) + 1/2:(x'=5);\n\
+   endmodule\n\
+    rewards \"r\" x=1 : 4; [risk] true : 2; endrewards\n";
+
+#[test]
+fn rewards_may_be_lost_where_the_target_is_not_reached() {
+    expect(
+        RISK,
+        &[
+            ("R{\"r\"}max=? [ F0 x=4 ]", json!(2.5)),
+            ("R{\"r\"}min=? [ F0 x=4 ]", json!(1.5)),
+            ("R{\"r\"}max=? [ F0 x=5 ]", json!(2)),
+            ("R{\"r\"}max=? [ F0 x=0 ]", json!(0)),
+            ("R{\"r\"}>=1.5 [ F0 x=4 ]", json!(true)),
+        ],
+    );
+    // Both sides can stay until the opponent takes the greater chance, by which rewards are not without bound.
+    let game = "smg\nplayer us m, [go], [leave] endplayer\nplayer them [a], [b] endplayer\nmodule m\n x : [0..3] init 0;\n\
+        [a] x=0 -> (x'=1);\n [b] x=0 -> 3/5:(x'=2) + 2/5:(x'=3);\n [go] x=1 -> (x'=0);\n\
+        [leave] x=1 -> 1/2:(x'=2) + 1/2:(x'=3);\nendmodule\nrewards \"r\" [go] true : 1; endrewards\n";
+    let scratch = Scratch::new(&[("m.prism", game)]);
+    let mut command = meliora();
+    let property = "<<us>> R{\"r\"}max=? [ F0 x=2 ]";
+    let found = Finished::of(command.args(["reach", &scratch.show("m.prism"), "--property", property]));
+    assert!(found.expect(2).stderr.contains("`F0` is not supported for this game"));
+}
+
 #[test]
 fn min_and_max_accept_one_argument() {
     expect(CHAIN, &[("min(P=? [ F<=2 x=3 ])", json!(1.0 / 6.0)), ("max(3) + min(2,1)", json!(4))]);

@@ -686,7 +686,7 @@ class Model:
         """The variables by name, in the order of declaration."""
     def verify_policy(self, policy: _Path | dict[str, Any] | list[Any], *, target: str | None=None, preferences: Preferences | _Path | None=None, strong: bool=False, memory: int | str | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> PolicyReport:
         """Checks a policy without the code that finds policies, as `meliora verify` does: each state that it visits needs an
-        enabled action, and it must keep what it promises.
+        enabled action, and it must keep its promise.
 
         Args:
             policy: What `ask(policy=True)` or `Strategy.policy` returns, or the path of a file that the command or a planner

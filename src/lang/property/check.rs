@@ -242,6 +242,7 @@ impl<'a> Checker<'a> {
         Ok(match accumulated {
             Accumulated::Until(formula) => term::Accumulated::Until(Box::new(self.path(formula)?)),
             Accumulated::Anyway(states) => term::Accumulated::Anyway(self.condition(states)?),
+            Accumulated::IfReached(states) => term::Accumulated::IfReached(self.condition(states)?),
             Accumulated::Within(steps) => term::Accumulated::Within(self.steps(steps)?),
             Accumulated::Total => term::Accumulated::Total,
             Accumulated::At(steps) => term::Accumulated::At(self.steps(steps)?),

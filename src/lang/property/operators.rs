@@ -55,6 +55,8 @@ pub(crate) enum Accumulated {
     Until(Formula),
     /// `Fc φ`: until a state is reached, or of all steps.
     Anyway(Expr),
+    /// `F0 φ`: until a state is reached, and nothing where none is.
+    IfReached(Expr),
     /// `C<=k`
     Within(Expr),
     /// `C`
@@ -233,6 +235,10 @@ impl Parser<'_> {
             "Fc" => {
                 self.advance();
                 Ok(Accumulated::Anyway(self.tree(Self::expression)?))
+            }
+            "F0" => {
+                self.advance();
+                Ok(Accumulated::IfReached(self.tree(Self::expression)?))
             }
             "C" if next == Token::LeftBrace => Err(self.discounted()),
             "C" if next == Token::Le => {

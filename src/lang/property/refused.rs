@@ -51,15 +51,15 @@ impl Parser<'_> {
         Failed
     }
 
-    /// Reports the rewards that only PRISM-games has: `F0` and `F*`.
+    /// Reports the rewards that only PRISM-games has: `F*`.
     pub(super) fn rewards_of_games(&mut self) -> Parsed<()> {
         let span = self.here();
-        let is_star = self.text(span) == "F" && self.peek_at(1) == Token::Star;
-        if !is_star && self.text(span) != "F0" {
+        if self.text(span) != "F" || self.peek_at(1) != Token::Star {
             return Ok(());
         }
-        let message = "rewards that are lost where the target is not reached are not supported";
-        let help = "PRISM-games computes those of `F0`; `F` is infinite there, and `Fc` keeps what is earned";
+        let message = "rewards of `F*` are not supported";
+        let help =
+            "where the target is not reached, `F` is infinite, `Fc` keeps the rewards, and `F0` loses them";
         self.report(self.unsupported(span, message).label("expected `F condition`").help(help));
         Err(Failed)
     }

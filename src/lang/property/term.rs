@@ -79,6 +79,8 @@ pub enum Accumulated {
     Until(Box<Path>),
     /// Until one of some states is reached, or of all steps if none is.
     Anyway(Term),
+    /// Until one of some states is reached, and nothing if none is.
+    IfReached(Term),
     /// Rewards of the first steps.
     Within(u64),
     /// Rewards of all steps.

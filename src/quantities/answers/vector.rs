@@ -10,8 +10,8 @@ use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
 use crate::path_values::{Answer, Value};
 use crate::solvers::back::Back;
-use crate::solvers::long_run;
 use crate::solvers::reaching::{Collected, Reaching, Vector};
+use crate::solvers::{if_reached, long_run};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
@@ -35,6 +35,8 @@ pub enum Accumulation {
     Until(BitVec),
     /// Until a state of the set is reached, and in all steps where none is: `Fc t`.
     Anyway(BitVec),
+    /// Until a state of the set is reached, and nothing where none is: `F0 t`.
+    IfReached(BitVec),
     /// In the first steps: `C<=k`.
     Within(u64),
     /// In all steps: `C`. Infinite if a positive reward recurs with positive probability.
@@ -190,6 +192,7 @@ fn reward_of<N: Number>(
     match accumulation {
         Accumulation::Until(target) => collected(Collected::Until(rewards), target, &mut meter),
         Accumulation::Anyway(target) => collected(Collected::Always(rewards), target, &mut meter),
+        Accumulation::IfReached(target) => if_reached::values(arena, rewards, target, goal, &mut meter),
         Accumulation::Total => {
             let nowhere = BitVec::repeat(false, arena.states());
             collected(Collected::Always(rewards), &nowhere, &mut meter)

@@ -12,6 +12,7 @@
 //! | `horizon` | success within n steps |
 //! | `sides` | the states from which a set is reached possibly, almost surely, or again and again, in a game |
 //! | `reaching` | the values of all states of an arena, also of games |
+//! | `if_reached` | rewards that are lost where the target is not reached |
 //! | `back` | steps backward over all states of an arena |
 //! | `long_run` | averages over the long run |
 //! | `weighted`, `pairs` | weighted sums of several objectives |
@@ -25,6 +26,7 @@ pub(crate) mod eliminate;
 pub(crate) mod groups;
 pub(crate) mod horizon;
 pub(crate) mod hull;
+pub(crate) mod if_reached;
 pub(crate) mod inductive;
 pub(crate) mod iterate;
 pub(crate) mod long_run;

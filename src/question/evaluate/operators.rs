@@ -163,13 +163,15 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             Accumulated::Until(path) => return self.reward_until(asked, structure, path),
             Accumulated::Within(steps) => (Accumulation::Within(*steps), Some(*steps)),
             Accumulated::Total => (Accumulation::Total, None),
-            Accumulated::Anyway(states) => {
+            Accumulated::Anyway(states) | Accumulated::IfReached(states) => {
+                let is_lost = matches!(accumulated, Accumulated::IfReached(_));
                 let target = self.states(states, &self.engine.all_states())?;
                 let goal = goal(asked.measured.optimum, self.engine.is_game());
                 return self.in_arena(asked, |arena, engine| {
-                    let anyway = Accumulation::Anyway(arena.members(engine, &target)?);
+                    let target = arena.members(engine, &target)?;
+                    let kept = if is_lost { Accumulation::IfReached } else { Accumulation::Anyway };
                     let rewards = arena.rewards(engine, structure)?;
-                    vector::reward(arena, &rewards, &anyway, goal, asked.precision)
+                    vector::reward(arena, &rewards, &kept(target), goal, asked.precision)
                 });
             }
             Accumulated::At(steps) => (Accumulation::At(*steps), Some(1)),

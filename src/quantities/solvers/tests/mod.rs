@@ -2,5 +2,6 @@
 
 mod arenas;
 mod games;
+mod if_reached;
 mod objectives;
 mod systems;
