@@ -7,6 +7,7 @@
 //! any level are lost in the next round. The cost of a round depends on the neighbourhood of the
 //! examined states; a backward search would examine all edges.
 
+use super::frontier::Frontier;
 use super::graph::Predecessors;
 use super::index::NOBODY;
 use super::meter::Array;
@@ -57,7 +58,8 @@ impl Rules for Plain {
 /// Rules given by [`EdgeLabels`], with the position of the entry for each state.
 pub(super) struct Table<'a> {
     entry: Array<u32>,
-    edge_labels: Vec<(&'a [u64], &'a [u64])>,
+    /// The goal and the dropped states.
+    edge_labels: Vec<[&'a BitSet; 2]>,
 }
 
 impl<'a> Table<'a> {
@@ -70,22 +72,30 @@ impl<'a> Table<'a> {
         for (number, labels) in edge_labels.iter().enumerate() {
             engine.bits(&labels.from)?.iter().for_each(|s| entry[s] = number as u32);
         }
-        let words = |x: &'a StateSet| engine.bits(x).map(BitSet::words);
-        let edge_labels =
-            edge_labels.iter().map(|labels| Ok((words(&labels.goal)?, words(&labels.dropped)?)));
-        Ok(Table { entry, edge_labels: edge_labels.collect::<Result<_>>()? })
+        let pairs = edge_labels.iter();
+        let pairs = pairs.map(|labels| Ok([engine.bits(&labels.goal)?, engine.bits(&labels.dropped)?]));
+        Ok(Table { entry, edge_labels: pairs.collect::<Result<_>>()? })
+    }
+
+    /// Returns the targets of goal edges.
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(super) fn goal(&self, nothing: BitSet) -> Result<BitSet> {
+        let mut goals = self.edge_labels.iter().map(|[goal, _]| goal);
+        goals.try_fold(nothing, |all, goal| all.zip(goal, |x, y| x | y))
     }
 }
 
 impl Rules for Table<'_> {
     #[inline]
     fn keeps(&self, from: usize, to: usize) -> bool {
-        self.edge_labels.get(self.entry[from] as usize).is_none_or(|&(_, dropped)| !test(dropped, to))
+        self.edge_labels.get(self.entry[from] as usize).is_none_or(|[_, dropped]| !dropped.has(to))
     }
 
     #[inline]
     fn wins(&self, from: usize, to: usize) -> bool {
-        self.edge_labels.get(self.entry[from] as usize).is_some_and(|&(goal, _)| test(goal, to))
+        self.edge_labels.get(self.entry[from] as usize).is_some_and(|[goal, _]| goal.has(to))
     }
 }
 
@@ -93,9 +103,11 @@ struct AlmostSureSolver<'a, R> {
     engine: &'a ExplicitEngine,
     graph: &'a Predecessors,
     rules: &'a R,
-    choices: BitSet,
+    choices: &'a mut [u64],
     /// For each state that can still win, a choice that leads closer to the goal.
     by: Array<u32>,
+    /// States that have a choice and whose predecessors are not examined yet.
+    work: Frontier,
     /// The level of each state: its stored choice has a goal edge, or an edge into a state on a
     /// lower level.
     level: Array<u32>,
@@ -109,8 +121,8 @@ impl ExplicitEngine {
     pub(super) fn pursue<R: Rules>(
         &self,
         states: &BitSet,
-        choices: BitSet,
-        rules: &R,
+        mut choices: BitSet,
+        (rules, goal): (&R, &BitSet),
     ) -> Result<Region<BitSet, BitSet>> {
         if self.opponent().is_some() {
             return self.pursue_in_game(states, choices, rules);
@@ -118,8 +130,10 @@ impl ExplicitEngine {
         let graph = self.graph.predecessors()?;
         let by = Array::filled(&self.meter, self.graph.states(), NOBODY)?;
         let level = Array::filled(&self.meter, self.graph.states(), 0)?;
-        let mut solver = AlmostSureSolver { engine: self, graph, rules, choices, by, level };
-        solver.start()?;
+        let work = Frontier::new(&self.meter, self.graph.states())?;
+        let own = choices.words_mut();
+        let mut solver = AlmostSureSolver { engine: self, graph, rules, choices: own, by, level, work };
+        solver.start(goal)?;
         let mut lost = Array::new(&self.meter);
         for state in states.iter().filter(|&s| solver.by[s] == NOBODY) {
             lost.push(state as u32)?;
@@ -129,10 +143,9 @@ impl ExplicitEngine {
             lost = solver.attach(detached)?;
         }
         let mut left = states.copy()?;
-        for state in states.iter().filter(|&s| solver.by[s] == NOBODY) {
-            clear(left.words_mut(), state);
-        }
-        Ok(Region { states: left, choices: solver.choices })
+        let words = left.words_mut();
+        states.iter().filter(|&s| solver.by[s] == NOBODY).for_each(|state| clear(words, state));
+        Ok(Region { states: left, choices })
     }
 }
 
@@ -145,30 +158,27 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
     }
 
     /// Finds a choice for each state that can win.
-    fn start(&mut self) -> Result<()> {
-        let mut work = Array::new(&self.engine.meter);
-        for choice in self.choices.iter() {
-            let owner = self.graph.owner(choice as u32);
-            let mut ends = self.engine.graph.successors_of(choice).iter();
-            if self.by[owner as usize] == NOBODY
-                && ends.any(|&to| self.rules.wins(owner as usize, to as usize))
-            {
-                self.by[owner as usize] = choice as u32;
-                work.push(owner)?;
+    fn start(&mut self, goal: &BitSet) -> Result<()> {
+        let (graph, choices) = (self.graph, &*self.choices);
+        for state in goal.iter() {
+            self.engine.tick()?;
+            for &choice in graph.of(state) {
+                let owner = graph.owner(choice) as usize;
+                if self.by[owner] == NOBODY && test(choices, choice as usize) && self.rules.wins(owner, state)
+                {
+                    self.by[owner] = choice;
+                    self.work.add(owner);
+                }
             }
         }
-        self.spread(work)
+        self.spread()
     }
 
-    /// Searches backwards from the states in `work`, which have a choice. Nearer states come first,
-    /// so that few other states depend on each.
-    fn spread(&mut self, mut work: Array<u32>) -> Result<()> {
-        let (graph, choices) = (self.graph, self.choices.words());
-        let mut next = 0;
-        while next < work.len() {
+    /// Searches backwards from the states in `work`, which have a choice.
+    fn spread(&mut self) -> Result<()> {
+        let (graph, choices) = (self.graph, &*self.choices);
+        while let Some(state) = self.work.take() {
             self.engine.tick()?;
-            let state = work[next] as usize;
-            next += 1;
             for &choice in graph.of(state) {
                 let owner = graph.owner(choice) as usize;
                 if self.by[owner] == NOBODY
@@ -177,7 +187,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
                 {
                     self.by[owner] = choice;
                     self.level[owner] = self.level[state].saturating_add(1);
-                    work.push(owner as u32)?;
+                    self.work.add(owner);
                 }
             }
         }
@@ -194,8 +204,8 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
             self.engine.tick()?;
             for &choice in graph.of(state as usize) {
                 let owner = graph.owner(choice);
-                if test(self.choices.words(), choice as usize) && self.is_plain(owner, state as usize) {
-                    clear(self.choices.words_mut(), choice as usize);
+                if test(self.choices, choice as usize) && self.is_plain(owner, state as usize) {
+                    clear(self.choices, choice as usize);
                     self.detach(owner, choice, &mut detached)?;
                 }
             }
@@ -234,16 +244,15 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
 
     /// Searches another choice for each detached state and returns the states without one.
     fn attach(&mut self, detached: Array<u32>) -> Result<Array<u32>> {
-        let mut work = Array::new(&self.engine.meter);
         for &state in detached.iter() {
             self.engine.tick()?;
             if let Some((choice, level)) = self.way_out(state as usize, None) {
                 self.by[state as usize] = choice;
                 self.level[state as usize] = level;
-                work.push(state)?;
+                self.work.add(state as usize);
             }
         }
-        self.spread(work)?;
+        self.spread()?;
         let mut lost = Array::new(&self.engine.meter);
         for &state in detached.iter().filter(|&&s| self.by[s as usize] == NOBODY) {
             lost.push(state)?;
@@ -256,7 +265,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
     /// 0, or the successor's plus 1.
     fn way_out(&self, state: usize, bound: Option<u32>) -> Option<(u32, u32)> {
         for choice in self.engine.graph.choices_of(state) {
-            if !test(self.choices.words(), choice) {
+            if !test(self.choices, choice) {
                 continue;
             }
             for &to in self.engine.graph.successors_of(choice) {

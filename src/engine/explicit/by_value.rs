@@ -12,9 +12,52 @@ use super::needs::{Need, Way, Ways};
 /// Things that can be enabled, by the values of variables. Things are numbers.
 pub(super) struct ByValue {
     /// For a variable, the things that need each of its values, again by the values of other variables.
-    pub(super) splits: Vec<(usize, AHashMap<i64, ByValue>)>,
+    pub(super) splits: Vec<Split>,
     /// The things that do not depend on these variables, or not in this way.
     pub(super) others: Vec<u32>,
+}
+
+/// Lists by the values of a variable.
+pub(super) struct Split {
+    pub(super) variable: usize,
+    /// The values with a list, the lowest first.
+    values: Vec<i64>,
+    lists: Vec<ByValue>,
+    /// For each value from the lowest to the highest one, the position of its list, or [`NONE`]; empty if few of these
+    /// values have one.
+    positions: Vec<u32>,
+}
+
+/// The position of a list that does not exist.
+const NONE: u32 = u32::MAX;
+
+impl Split {
+    fn new(variable: usize, lists: BTreeMap<i64, ByValue>) -> Self {
+        let (values, lists): (Vec<i64>, Vec<ByValue>) = lists.into_iter().unzip();
+        let mut split = Split { variable, values, lists, positions: Vec::new() };
+        let (Some(&low), Some(&high)) = (split.values.first(), split.values.last()) else { return split };
+        let span = high.abs_diff(low);
+        if span < 8 * split.values.len() as u64 {
+            split.positions = vec![NONE; span as usize + 1];
+            for (position, value) in (0..).zip(&split.values) {
+                split.positions[value.abs_diff(low) as usize] = position;
+            }
+        }
+        split
+    }
+
+    /// Returns the list of a value.
+    #[inline]
+    pub(super) fn get(&self, value: i64) -> Option<&ByValue> {
+        let position = match self.positions.is_empty() {
+            true => self.values.binary_search(&value).ok()?,
+            false => {
+                let at = usize::try_from(value.checked_sub(self.values[0])?).ok()?;
+                *self.positions.get(at)? as usize
+            }
+        };
+        self.lists.get(position)
+    }
 }
 
 /// A way to enable a thing that is a number, with the needs that are left.
@@ -49,7 +92,7 @@ impl Ways<'_> {
         let mut splits = Vec::new();
         for (variable, group) in groups {
             match self.by_values(&group) {
-                Some(lists) => splits.push((variable as usize, lists)),
+                Some(lists) => splits.push(Split::new(variable as usize, lists)),
                 None => others.extend(group.iter().map(|(_, (thing, _))| *thing)),
             }
         }
@@ -59,7 +102,7 @@ impl Ways<'_> {
     }
 
     /// Lists things by the values of a variable that they need, each with its other needs.
-    fn by_values(&mut self, group: &[(&Need, Open<'_>)]) -> Option<AHashMap<i64, ByValue>> {
+    fn by_values(&mut self, group: &[(&Need, Open<'_>)]) -> Option<BTreeMap<i64, ByValue>> {
         let own = group.chunk_by(|(_, (a, _)), (_, (b, _))| a == b);
         let gain: f64 = own.map(|ways| self.ruled_out(ways.iter().map(|(_, (_, needs))| &**needs))).sum();
         let values = |need: &Need| self.values(need).map(|[low, high]| high.abs_diff(low)).sum::<u64>();
@@ -120,8 +163,8 @@ impl ByValue {
 
     fn add(&self, values: &[i64], into: &mut Vec<u32>) {
         into.extend_from_slice(&self.others);
-        for (variable, lists) in &self.splits {
-            if let Some(list) = lists.get(&values[*variable]) {
+        for split in &self.splits {
+            if let Some(list) = split.get(values[split.variable]) {
                 list.add(values, into);
             }
         }

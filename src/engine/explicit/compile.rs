@@ -7,16 +7,16 @@
 use ahash::AHashMap;
 
 use super::bounds::Bounds;
-use super::machine::{Code, Entry, Op, Reg, Routine, Table};
+use super::machine::{Code, Entry, Memo, Op, Reg, Routine, Table};
 use super::needs::{Ways, operands};
-use super::share::{self, WORTH_SHARING};
+use super::share::{self, Kept, Support, WORTH_SHARING};
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::Poll;
 use meliora_base::stack;
 use meliora_base::value::Type;
-use meliora_model::Program;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
+use meliora_model::{Program, VarId};
 
 /// The compiler for the expressions of a program.
 pub(super) struct Compiler<'a> {
@@ -49,7 +49,7 @@ impl<'a> Compiler<'a> {
         let (constants, kept) = (AHashMap::new(), AHashMap::new());
         let (bounds, ways) = (Bounds::new(program, pool), Ways::new(program, pool));
         let mut compiler = Compiler { pool, bounds, ways, code, constants, kept };
-        compiler.compile_kept(share::plan(pool, roots, poll)?);
+        compiler.compile_kept(program, share::plan(program, pool, roots, poll)?);
         Ok(compiler)
     }
 
@@ -95,14 +95,25 @@ impl<'a> Compiler<'a> {
     }
 
     /// Compiles the routines; operands come before the nodes that use them.
-    fn compile_kept(&mut self, kept: Vec<ExprId>) {
-        for e in kept {
+    fn compile_kept(&mut self, program: &Program, kept: Vec<Kept>) {
+        for Kept { node, memo } in kept {
             let start = self.here();
-            let result = self.compute(e);
+            let result = self.compute(node);
+            let (dst, op) = match memo {
+                None => {
+                    self.code.routines.push(Routine { start });
+                    (result, Op::Share { routine: self.code.routines.len() as u32 - 1 })
+                }
+                Some(support) => {
+                    // The result may be that of another node, or a constant.
+                    let dst = self.fresh();
+                    self.emit(Op::Copy { dst, a: result });
+                    self.code.memos.push(memo_of(program, start, &support));
+                    (dst, Op::Recall { dst, memo: self.code.memos.len() as u32 - 1 })
+                }
+            };
             self.emit(Op::Return(true));
-            let routine = self.code.routines.len() as u32;
-            self.kept.insert(e, (Op::Share { routine }, result));
-            self.code.routines.push(Routine { start });
+            self.kept.insert(node, (op, dst));
         }
     }
 
@@ -339,6 +350,19 @@ impl<'a> Compiler<'a> {
             }
         }
     }
+}
+
+/// Returns the results of a condition over some variables.
+fn memo_of(program: &Program, start: u32, support: &Support) -> Memo {
+    let mut size = 1;
+    let field = |v: &VarId| {
+        let declared = &program.variables[v.index()];
+        let weight = size;
+        size *= declared.high.abs_diff(declared.low) as usize + 1;
+        (v.0, declared.low, weight)
+    };
+    let fields = support.variables.iter().map(field).collect();
+    Memo { start, fields, size }
 }
 
 /// Returns the jump that is taken if `a op b` equals `value`.

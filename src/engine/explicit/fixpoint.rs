@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use super::ExplicitEngine;
 use super::almost_sure::{Plain, Rules};
 use super::explore::PATIENCE;
+use super::frontier::Frontier;
 use super::graph::Predecessors;
 use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
@@ -17,19 +18,15 @@ impl ExplicitEngine {
         let graph = self.graph.predecessors()?;
         let mut found = target.copy()?;
         let (x, within) = (found.words_mut(), within.words());
-        let mut work = Array::new(&self.meter);
-        // New states are expanded before the next target state is added, so that the list contains
-        // few target states.
-        for start in target.iter() {
-            work.push(start as u32)?;
-            while let Some(state) = work.pop() {
-                self.tick()?;
-                for &choice in graph.of(state as usize) {
-                    let from = graph.owner(choice) as usize;
-                    if !test(x, from) && test(within, choice as usize) && rules.keeps(from, state as usize) {
-                        set(x, from);
-                        work.push(from as u32)?;
-                    }
+        let mut work = Frontier::new(&self.meter, self.graph.states())?;
+        target.iter().for_each(|start| work.add(start));
+        while let Some(state) = work.take() {
+            self.tick()?;
+            for &choice in graph.of(state) {
+                let from = graph.owner(choice) as usize;
+                if !test(x, from) && test(within, choice as usize) && rules.keeps(from, state) {
+                    set(x, from);
+                    work.add(from);
                 }
             }
         }
@@ -41,9 +38,8 @@ impl ExplicitEngine {
         let graph = self.graph.predecessors()?;
         let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
         let outside = self.every_state.zip(x, |all, x| all & !x)?;
-        for state in outside.iter() {
-            removal.remove_attractor(state, &Plain)?;
-        }
+        outside.iter().for_each(|state| removal.work.add(state));
+        removal.spread(&Plain)?;
         removal.remove_where(x, |left| left == 0, &Plain)?;
         // A state of the opponent is lost with its first choice, and may have others.
         let choices = match self.opponent() {
@@ -81,7 +77,8 @@ pub(super) struct Removal<'a> {
     pub(super) choices: BitSet,
     /// For each state, the number of its choices that have to be removed before it is lost.
     left: Array<u32>,
-    work: Array<u32>,
+    /// Removed states whose predecessors are not examined yet.
+    work: Frontier,
 }
 
 impl<'a> Removal<'a> {
@@ -92,7 +89,8 @@ impl<'a> Removal<'a> {
         choices: BitSet,
     ) -> Result<Self> {
         let left = engine.removable(&choices)?;
-        Ok(Removal { engine, graph, states, choices, left, work: Array::new(&engine.meter) })
+        let work = Frontier::new(&engine.meter, engine.graph.states())?;
+        Ok(Removal { engine, graph, states, choices, left, work })
     }
 
     /// Removes the states of X for which `is_lost` is true of the number of choices that they can lose.
@@ -102,25 +100,25 @@ impl<'a> Removal<'a> {
         is_lost: impl Fn(u32) -> bool,
         rules: &impl Rules,
     ) -> Result<()> {
-        for state in x.iter() {
-            if test(self.states.words(), state) && is_lost(self.left[state]) {
-                clear(self.states.words_mut(), state);
-                self.remove_attractor(state, rules)?;
+        let states = self.states.words_mut();
+        for state in x.iter().filter(|&state| is_lost(self.left[state])) {
+            if test(states, state) {
+                clear(states, state);
+                self.work.add(state);
             }
         }
-        Ok(())
+        self.spread(rules)
     }
 
-    /// Removes the choices that may step into `state`, which is already removed, by a plain edge;
-    /// removes states that are lost then, and so on.
-    pub(super) fn remove_attractor(&mut self, state: usize, rules: &impl Rules) -> Result<()> {
+    /// Removes the choices that may step into the states in `work` by a plain edge; removes states that are lost
+    /// then, and so on.
+    fn spread(&mut self, rules: &impl Rules) -> Result<()> {
         let (states, choices) = (self.states.words_mut(), self.choices.words_mut());
-        self.work.push(state as u32)?;
-        while let Some(state) = self.work.pop() {
+        while let Some(state) = self.work.take() {
             self.engine.tick()?;
-            for &choice in self.graph.of(state as usize) {
+            for &choice in self.graph.of(state) {
                 let from = self.graph.owner(choice) as usize;
-                let is_plain = || rules.keeps(from, state as usize) && !rules.wins(from, state as usize);
+                let is_plain = || rules.keeps(from, state) && !rules.wins(from, state);
                 if !test(choices, choice as usize) || !is_plain() {
                     continue;
                 }
@@ -128,7 +126,7 @@ impl<'a> Removal<'a> {
                 self.left[from] = self.left[from].saturating_sub(1);
                 if self.left[from] == 0 && test(states, from) {
                     clear(states, from);
-                    self.work.push(from as u32)?;
+                    self.work.add(from);
                 }
             }
         }

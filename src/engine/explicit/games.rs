@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::almost_sure::Rules;
 use super::fixpoint::Removal;
+use super::frontier::Frontier;
 use super::index::NOBODY;
 use super::meter::Array;
 use super::set::{BitSet, clear, set, test};
@@ -99,23 +100,21 @@ impl ExplicitEngine {
             found: target.copy()?,
             good: BitSet::empty(&self.meter, self.graph.choices()),
             needed: self.needed()?,
-            work: Array::new(&self.meter),
+            work: Frontier::new(&self.meter, self.graph.states())?,
         };
-        for state in target.iter() {
-            attracted.work.push(state as u32)?;
-        }
+        target.iter().for_each(|state| attracted.work.add(state));
         if let Some(winning) = winning {
             for choice in winning.zip(within, |x, y| x & y)?.iter() {
                 self.tick()?;
-                attracted.add(graph.owner(choice as u32) as usize, choice)?;
+                attracted.add(graph.owner(choice as u32) as usize, choice);
             }
         }
-        while let Some(state) = attracted.work.pop() {
+        while let Some(state) = attracted.work.take() {
             self.tick()?;
-            for &choice in graph.of(state as usize) {
+            for &choice in graph.of(state) {
                 let from = graph.owner(choice) as usize;
-                if test(within.words(), choice as usize) && rules.keeps(from, state as usize) {
-                    attracted.add(from, choice as usize)?;
+                if test(within.words(), choice as usize) && rules.keeps(from, state) {
+                    attracted.add(from, choice as usize);
                 }
             }
         }
@@ -194,22 +193,21 @@ struct Attracted {
     /// For each state the number of good choices that it still needs.
     needed: Array<u32>,
     /// The states found whose predecessors are not yet visited.
-    work: Array<u32>,
+    work: Frontier,
 }
 
 impl Attracted {
     /// Adds a good choice of a state.
-    fn add(&mut self, state: usize, choice: usize) -> Result<()> {
+    fn add(&mut self, state: usize, choice: usize) {
         if test(self.found.words(), state) || test(self.good.words(), choice) {
-            return Ok(());
+            return;
         }
         set(self.good.words_mut(), choice);
         self.needed[state] -= 1;
         if self.needed[state] == 0 {
             set(self.found.words_mut(), state);
-            self.work.push(state as u32)?;
+            self.work.add(state);
         }
-        Ok(())
     }
 }
 

@@ -31,8 +31,8 @@ impl ExplicitEngine {
         let mut found = BitSet::empty(&self.meter, self.graph.choices());
         let words = found.words_mut();
         match self.graph.known_predecessors() {
-            // For a small set, the search along reversed edges is faster.
-            Some(graph) if x.count() < self.graph.states() as u64 / 4 => {
+            // The edges into the smaller part of the states are fewer, as a rule.
+            Some(graph) if x.count() < self.graph.states() as u64 / 2 => {
                 for state in x.iter() {
                     self.tick()?;
                     graph.of(state).iter().for_each(|&choice| set(words, choice as usize));

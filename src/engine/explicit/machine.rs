@@ -4,6 +4,8 @@
 //! 5` is one instruction. Integers are stored as they are, Booleans as 0 and 1, reals as the
 //! words of exact numbers.
 
+use smallvec::SmallVec;
+
 use super::by_value::ByValue;
 use super::numbers::Numbers;
 use meliora_base::exact::{self, Exact};
@@ -98,6 +100,11 @@ pub(super) enum Op {
     Share {
         routine: u32,
     },
+    /// Provides a condition that is kept in a register; computes it once per valuation of its variables.
+    Recall {
+        dst: Reg,
+        memo: u32,
+    },
     /// Ends the code: returns the value of a condition, or `true` after computing a value.
     Return(bool),
 }
@@ -118,6 +125,17 @@ pub(super) struct Routine {
     pub(super) start: u32,
 }
 
+/// A condition that is computed once per valuation of its variables.
+#[derive(Debug, Clone)]
+pub(super) struct Memo {
+    /// The position of its first instruction.
+    pub(super) start: u32,
+    /// The variables with their lowest values, and the distance of the results for neighbouring values.
+    pub(super) fields: SmallVec<[(Reg, i64, usize); 2]>,
+    /// The number of results.
+    pub(super) size: usize,
+}
+
 /// The disjuncts of a condition, of which only those are tested that the values of the variables may make true.
 pub(super) struct Table {
     pub(super) lists: ByValue,
@@ -130,6 +148,7 @@ pub(super) struct Table {
 pub(super) struct Code {
     pub(super) ops: Vec<Op>,
     pub(super) routines: Vec<Routine>,
+    pub(super) memos: Vec<Memo>,
     pub(super) tables: Vec<Table>,
     /// The initial contents of the registers.
     pub(super) initial: Vec<i64>,
@@ -144,6 +163,8 @@ pub(super) struct Machine {
     pub(super) regs: Vec<i64>,
     /// For each routine, the number of the state for which its register is valid.
     stamps: Vec<u64>,
+    /// For each memo, the results: 0 if not known yet, 1 for false, 2 for true.
+    memos: Vec<Vec<u8>>,
     /// The reals in the registers.
     pub(super) numbers: Numbers,
     now: u64,
@@ -153,7 +174,8 @@ impl Machine {
     /// Creates a machine for the given code.
     pub(super) fn new(code: &Code) -> Self {
         let stamps = vec![0; code.routines.len()];
-        Machine { regs: code.initial.clone(), stamps, numbers: code.numbers.clone(), now: 0 }
+        let memos = vec![Vec::new(); code.memos.len()];
+        Machine { regs: code.initial.clone(), stamps, memos, numbers: code.numbers.clone(), now: 0 }
     }
 
     /// Discards the kept results, because the variables have new values.
@@ -184,6 +206,10 @@ impl Machine {
                     self.share(code, routine as usize)?;
                     at += 1;
                 }
+                Op::Recall { dst, memo } => {
+                    self.recall(code, dst, memo as usize)?;
+                    at += 1;
+                }
                 Op::Return(value) => return Ok(value),
                 op => {
                     self.compute(op)?;
@@ -199,14 +225,31 @@ impl Machine {
                 return Ok(true);
             }
         }
-        for (variable, by_value) in &lists.splits {
-            if let Some(lists) = by_value.get(&self.regs[*variable])
+        for split in &lists.splits {
+            if let Some(lists) = split.get(self.regs[split.variable])
                 && self.any(code, lists, starts)?
             {
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    fn recall(&mut self, code: &Code, dst: Reg, index: usize) -> Result<(), EvalError> {
+        let memo = &code.memos[index];
+        let place =
+            |&(variable, low, weight): &(Reg, i64, usize)| (self.get(variable) - low) as usize * weight;
+        let at = memo.fields.iter().map(place).sum::<usize>();
+        let known = self.memos[index].get(at).copied().unwrap_or_default();
+        if known != 0 {
+            self.regs[dst as usize] = i64::from(known) - 1;
+            return Ok(());
+        }
+        self.run(code, memo.start)?;
+        let results = &mut self.memos[index];
+        results.resize(memo.size, 0);
+        results[at] = self.regs[dst as usize] as u8 + 1;
+        Ok(())
     }
 
     fn share(&mut self, code: &Code, index: usize) -> Result<(), EvalError> {

@@ -145,11 +145,6 @@ impl<T: Copy> Array<T> {
         self.items.truncate(n);
     }
 
-    /// Removes and returns the last item.
-    pub(super) fn pop(&mut self) -> Option<T> {
-        self.items.pop()
-    }
-
     /// Frees unused capacity.
     pub(super) fn shrink(&mut self) {
         self.items.shrink_to_fit();

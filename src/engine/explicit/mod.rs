@@ -13,6 +13,7 @@ mod compile;
 mod explore;
 mod fixpoint;
 mod fractions;
+mod frontier;
 mod games;
 mod graph;
 mod guards;

@@ -128,15 +128,13 @@ impl Engine for ExplicitEngine {
     }
 
     fn sources(&self, c: &ChoiceSet) -> Result<StateSet> {
+        let choices = self.bits(c)?.words();
         let mut found = BitSet::empty(&self.meter, self.graph.states());
         let words = found.words_mut();
-        // Choices are numbered state by state.
-        let mut state = 0;
-        for choice in self.bits(c)?.iter() {
-            while choice >= self.graph.choices_of(state).end {
-                state += 1;
+        for state in 0..self.graph.states() {
+            if self.graph.choices_of(state).any(|choice| test(choices, choice)) {
+                set(words, state);
             }
-            set(words, state);
         }
         Ok(StateSet(found))
     }
@@ -248,7 +246,7 @@ impl Engine for ExplicitEngine {
         } else {
             self.pre_within(&ChoiceSet(choices), &alive)?.0
         };
-        let Region { states, choices } = self.pursue(&outside, choices, &Entering(goal))?;
+        let Region { states, choices } = self.pursue(&outside, choices, (&Entering(goal), goal))?;
         let states = states.zip(goal, |x, t| x | t)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
@@ -260,8 +258,10 @@ impl Engine for ExplicitEngine {
     ) -> Result<Region<StateSet, ChoiceSet>> {
         self.check_owned(edge_labels)?;
         let rules = Table::new(self, edge_labels)?;
+        let goal = rules.goal(self.no_states().0)?;
         self.bits(&start.choices)?;
-        let Region { states, choices } = self.pursue(self.bits(&start.states)?, start.choices.0, &rules)?;
+        let Region { states, choices } =
+            self.pursue(self.bits(&start.states)?, start.choices.0, (&rules, &goal))?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 

@@ -12,13 +12,15 @@ use meliora_base::progress::NoProgress;
 use meliora_model::{Program, State, step};
 
 /// Conditions: most compare a counter with a literal, some compare counters with each other or with sums, some are long
-/// disjunctions, and one of these has no value in some states.
+/// disjunctions, and two of these have no value in some states.
 const CONDITIONS: &str = "b>0; b=0; b<=7; b>=20; b!=5; d<3; d=16; d>=1; x=0; x<2; x>=1; true; \
     b>0 | d=2; b<d; b+x<9; b=x; mod(d,3)=1; \
     b=1 & d=2 | b=1 & d=3 | b=4 & d<5 | b=9 | d=7 & x=1 | d=7 & x=2; \
     !(b=0 & d=1 | b=0 & (d=3 | d=4 | d>=12) | b=2 & (x=0 | x=1) | b=5 & x>0 | b=31); \
     (b=3 | b=5 | b=6 | b=9 | b=8) & (d=1 | d=2 | d=3 | d=4 & x=1); \
-    b=2 | b=3 | b=4 | b=5 | d=6 | d=7 | d=8 | d=9 | x>1; b=7 | b=8 | b=9 | b=10 | mod(b,d)=1";
+    b=2 | b=3 | b=4 | b=5 | d=6 | d=7 | d=8 | d=9 | x>1; b=7 | b=8 | b=9 | b=10 | mod(b,d)=1; \
+    b=2 | b=4 | b>6 & b<9 | b>11 & b<=14 | mod(b,5)=3 | b=20 & b!=x | b=21; \
+    b=2 | b=4 | b>6 & b<9 | b>11 & b<=14 | mod(b,5)=3 | mod(8,b)=2 | b=20 | b=21";
 /// New values of the variables, some of which are out of range in some states.
 const OF_B: &str = "b; b-1; b+1; b-2+x; x+b; 31; 5-x; d>3 ? 31 : b-1; x=1 ? b : 4; \
     b>5 ? b-3 : b+2; min(b+3,31); d; -b+31; b=0 ? 0 : (x<2 ? b-1 : b); floor(b/2)";
