@@ -53,10 +53,11 @@
 //! | `meliora_ltl` | deterministic monitors for temporal formulas | model |
 //! | [`meliora_lang`] | languages of models, preferences and properties | model, ltl |
 //! | [`meliora_formats`] | model files by their content, models state by state | lang |
-//! | [`meliora_engine`] | sets of states and of choices, symbolic and explicit | model |
+//! | `meliora_space` | the states of a program, listed one by one | model |
+//! | [`meliora_engine`] | sets of states and of choices, symbolic and explicit | model, space |
 //! | [`meliora_query`] | questions to a dump | lang, engine, dump |
 //! | [`meliora_planning`] | the algorithms of the paper | engine |
-//! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, dump |
+//! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, dump, space |
 //! | [`meliora_question`] | properties, the requests that they need, and their answers | planning, quantities, lang |
 //! | [`meliora_certify`] | the check of a dump | engine, dump |
 //! | [`meliora_export`] | from an analysis to files, and projections | planning, quantities, formats |

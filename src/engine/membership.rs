@@ -25,7 +25,7 @@ pub trait Numbers {
     /// Returns the number of states.
     fn states(&self) -> usize;
 
-    /// Returns the number of the state with a code of [`Codec`](crate::explicit::weighted::Codec);
+    /// Returns the number of the state with a code of [`Codec`](meliora_space::weighted::Codec);
     /// `None` outside the scope.
     fn number(&self, code: &[u64]) -> Option<u32>;
 

@@ -6,12 +6,13 @@ use super::any::AnyEngine;
 use super::engine::{Algebra, Engine};
 use super::explicit::{ExplicitEngine, Guided};
 use super::race::{Lane, Place, Rules, Share, race};
-use super::settings::{STEPS_PER_WORK, Scope, Settings, Storage};
+use super::settings::{Scope, Settings, Storage};
 use super::symbolic::{Order, Ordered, SymbolicEngine, candidates, large_first};
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
+use meliora_space::STEPS_PER_WORK;
 
 /// The engine for a model.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -7,21 +7,11 @@ use num_bigint::BigUint;
 use super::symbolic::order::Order;
 use super::symbolic::store::thresholds::Thresholds;
 use meliora_base::progress::{NoProgress, ProgressSink};
+use meliora_space::Limits;
+pub use meliora_space::Scope;
 
 /// An exact number of states, choices or transitions.
 pub type Count = BigUint;
-
-meliora_base::named! {
-    /// The valuations that count as states.
-    #[derive(Default)]
-    pub enum Scope {
-        /// The valuations that are reachable from the initial states.
-        #[default]
-        Reachable,
-        /// Every valuation of the declared variables.
-        All,
-    }
-}
 
 meliora_base::named! {
     /// The way an engine stores states.
@@ -34,9 +24,6 @@ meliora_base::named! {
         Explicit,
     }
 }
-
-/// The steps of diagrams that take about as long as a unit of work of the explicit engine: a state or a successor.
-pub(crate) const STEPS_PER_WORK: u64 = 2;
 
 /// The settings of an engine. Only the scope has an influence on results.
 #[derive(Clone)]
@@ -69,6 +56,13 @@ impl Default for Settings {
             threads: 1,
             sink: Arc::new(NoProgress),
         }
+    }
+}
+
+impl Settings {
+    /// Returns the extent and the limits of an exploration.
+    pub(crate) fn limits(&self) -> Limits {
+        Limits { scope: self.scope, memory: self.memory, sink: Arc::clone(&self.sink) }
     }
 }
 

@@ -2,13 +2,13 @@
 
 use crate::number::Number;
 use meliora_base::error::{Diagnostic, Result};
-use meliora_engine::explicit::bounds::is_never_true;
 use meliora_engine::{Count, Engine, Scope};
 use meliora_model::predicate::Predicate;
 use meliora_model::preference::Goal;
 use meliora_model::{ModelKind, Program, fault};
 use meliora_planning::Analysis;
 use meliora_planning::result::ObjectiveCounts;
+use meliora_space::bounds::is_never_true;
 
 /// A warning.
 #[derive(Debug, Clone)]

@@ -7,13 +7,13 @@ use meliora_base::error::{Error, Result, SourceFile};
 use meliora_base::progress::ProgressSink;
 use meliora_base::random::Draw;
 use meliora_certify::policy::NodePolicy;
-use meliora_engine::explicit::initial_states;
 use meliora_model::State;
 use meliora_question::strategies::MOST_STATES;
 use meliora_report::PolicyReport;
 use meliora_report::node_file;
 use meliora_report::policy_report::PolicyRuns;
 use meliora_report::promised::Promised;
+use meliora_space::initial::initial_states;
 
 /// A policy with memory, with its model.
 pub(super) struct Nodes {

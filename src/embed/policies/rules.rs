@@ -7,12 +7,12 @@ use meliora_base::error::{Error, Result, SourceFile};
 use meliora_base::progress::ProgressSink;
 use meliora_base::random::Draw;
 use meliora_certify::policy::rules::Rules as List;
-use meliora_engine::explicit::initial_states;
 use meliora_model::predicate::Predicate;
 use meliora_model::{Program, State};
 use meliora_question::strategies::MOST_STATES;
 use meliora_report::policy_report::PolicyRuns;
 use meliora_report::{PolicyReport, policy_file};
+use meliora_space::initial::initial_states;
 
 /// A list of rules, with its model and its goal.
 pub(super) struct Rules {

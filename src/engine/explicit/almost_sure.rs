@@ -8,14 +8,14 @@
 //! examined states; a backward search would examine all edges.
 
 use super::frontier::Frontier;
-use super::graph::Predecessors;
-use super::index::NOBODY;
-use super::meter::Array;
-use super::set::{BitSet, clear, test};
 use super::{ExplicitEngine, StateSet};
 use crate::edge_labels::EdgeLabels;
 use crate::engine::Region;
 use meliora_base::error::Result;
+use meliora_space::graph::Predecessors;
+use meliora_space::index::NOBODY;
+use meliora_space::meter::Array;
+use meliora_space::set::{BitSet, clear, test};
 
 /// The edge labels of a game, by source and target state.
 pub(super) trait Rules {

@@ -4,13 +4,13 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use super::ExplicitEngine;
 use super::almost_sure::{Plain, Rules};
-use super::explore::PATIENCE;
 use super::frontier::Frontier;
-use super::graph::Predecessors;
-use super::meter::Array;
-use super::set::{BitSet, clear, set, test};
 use crate::engine::Region;
 use meliora_base::error::Result;
+use meliora_space::explore::PATIENCE;
+use meliora_space::graph::Predecessors;
+use meliora_space::meter::Array;
+use meliora_space::set::{BitSet, clear, set, test};
 
 impl ExplicitEngine {
     /// Computes μX. T ∪ { s : some (s,a) ∈ C has an edge into X that is not dropped }.

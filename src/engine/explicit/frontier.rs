@@ -5,8 +5,8 @@
 //! side by side in memory. Like an elevator, the set is left downwards until no smaller number is in
 //! it, then upwards, and so on.
 
-use super::meter::{Charge, Meter};
 use meliora_base::error::Result;
+use meliora_space::meter::{Charge, Meter};
 
 /// A set of numbers below a fixed size, as bits. A bit of a level says whether a word of the level
 /// below is not 0, so both adding and taking a number cost a few words.

@@ -8,12 +8,11 @@ use std::sync::Arc;
 use super::almost_sure::Rules;
 use super::fixpoint::Removal;
 use super::frontier::Frontier;
-use super::index::NOBODY;
-use super::meter::Array;
-use super::set::{BitSet, clear, set, test};
 use super::{ExplicitEngine, StateSet};
 use crate::engine::Region;
 use meliora_base::error::{Error, Result};
+use meliora_space::meter::Array;
+use meliora_space::set::{BitSet, clear, set, test};
 
 /// The players of a game, and the coalition that we are.
 #[derive(Clone)]
@@ -208,41 +207,5 @@ impl Attracted {
             set(self.found.words_mut(), state);
             self.work.add(state);
         }
-    }
-}
-
-/// The players of the states of a game under exploration.
-pub(super) struct PlayersFound {
-    /// The player of each synchronisation.
-    of_synchronisation: Vec<u32>,
-    /// For each synchronisation, whether its choices must be the only one of a state.
-    alone: Vec<bool>,
-    pub(super) of_state: Array<u32>,
-}
-
-impl PlayersFound {
-    pub(super) fn new(of_synchronisation: Vec<u32>, alone: Vec<bool>, of_state: Array<u32>) -> Self {
-        PlayersFound { of_synchronisation, alone, of_state }
-    }
-
-    /// Adds the player of the next state, in which some synchronisations have choices. Returns false if
-    /// two players have choices, or several choices have no player.
-    pub(super) fn add(&mut self, active: &[usize], choices: usize) -> Result<bool> {
-        let mut owner = NOBODY;
-        for &index in active {
-            if choices > 1 && self.alone[index] {
-                return Ok(false);
-            }
-            let player = self.of_synchronisation[index];
-            if player == NOBODY || player == owner {
-                continue;
-            }
-            if owner != NOBODY {
-                return Ok(false);
-            }
-            owner = player;
-        }
-        self.of_state.push(owner)?;
-        Ok(true)
     }
 }

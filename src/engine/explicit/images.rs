@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use super::ExplicitEngine;
-use super::set::{BitSet, set, test};
 use meliora_base::error::Result;
+use meliora_space::set::{BitSet, set, test};
 
 impl ExplicitEngine {
     /// Returns { (s,a) ∈ C : s ∈ X }.

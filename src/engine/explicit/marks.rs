@@ -1,9 +1,9 @@
 //! The sets that contain a state, and the steps of a state, by its number.
 
-use super::set::BitSet;
 use super::{ExplicitEngine, Space};
 use crate::membership::{Membership, Numbers};
 use meliora_base::error::Result;
+use meliora_space::set::BitSet;
 
 /// The bits of several sets.
 pub(super) struct Marks<'e> {

@@ -1,59 +1,33 @@
 //! The explicit engine: every state is stored, choices and successors are sparse rows, sets are bit
 //! sets.
 //!
-//! States are codes of a few words (`layout`). The program is compiled (`compile`, `machine`,
-//! `program`) and explored state by state (`stepper`, `explore`). A hash index numbers the codes
-//! (`index`). Choices with exact probabilities are listed state by state (`weighted`, `fractions`).
-//! Fixpoints use work lists over a reversed graph (`fixpoint`, `almost_sure`, `games`, `graph`).
+//! The states and their rows are those of [`meliora_space`]. Fixpoints visit the reversed graph, states
+//! near each other in memory one after the other (`fixpoint`, `almost_sure`, `games`, `frontier`).
 
 mod almost_sure;
-pub mod bounds;
-mod by_value;
-mod compile;
-mod explore;
 mod fixpoint;
-mod fractions;
 mod frontier;
 mod games;
-mod graph;
-mod guards;
 mod guided;
 mod images;
-mod index;
-mod initial;
-mod layout;
-mod machine;
 mod marks;
-mod meter;
-mod needs;
-mod numbers;
 mod operators;
-mod program;
-mod set;
-mod share;
-mod stepper;
-mod steps;
-#[cfg(test)]
-mod tests;
-mod values;
 mod visit;
-pub mod weighted;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
 
 use super::settings::Settings;
-use explore::{Exploration, Explored, Space, Task};
 use games::Game;
-use graph::Graph;
 pub use guided::{Guided, Guiding};
-pub use initial::initial_states;
-use layout::Layout;
 use meliora_base::error::Result;
 use meliora_model::{Program, State};
-use meter::Meter;
-use program::Prepared;
-use set::BitSet;
+use meliora_space::explore::{Exploration, Explored, Space, Task};
+use meliora_space::graph::Graph;
+use meliora_space::layout::Layout;
+use meliora_space::meter::Meter;
+use meliora_space::program::Prepared;
+use meliora_space::set::BitSet;
 pub use visit::Listing;
 
 /// A set of states: one bit per state.
@@ -109,8 +83,8 @@ impl ExplicitEngine {
     /// - An update leaves the range of its variable, probabilities are not a distribution, or an
     ///   expression has no value: an input error with an example state of the scope.
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        let (task, explored) = Exploration::new(program, settings)?.finish()?;
-        let Task { program, settings, layout, prepared, meter } = task;
+        let (task, explored) = Exploration::new(program, settings.limits())?.finish()?;
+        let Task { program, layout, prepared, meter, .. } = task;
         let Explored { space, graph, initial, deadlocks, drawing, rounded, players } = explored;
         let every_state = BitSet::full(&meter, graph.states());
         let every_choice = BitSet::full(&meter, graph.choices());

@@ -1,11 +1,7 @@
 //! The operators of the engine interface on bit sets.
 
 use super::almost_sure::{Entering, Table};
-use super::compile::Compiler;
-use super::machine::Machine;
 use super::marks::Marks;
-use super::set::{BitSet, set, test};
-use super::stepper::{Broken, Stepper};
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine, Region};
@@ -16,6 +12,10 @@ use meliora_base::progress::Poll;
 use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, State, VarId, fault};
+use meliora_space::compile::Compiler;
+use meliora_space::machine::Machine;
+use meliora_space::set::{BitSet, set, test};
+use meliora_space::stepper::Stepper;
 
 macro_rules! algebra_of {
     ($set:ident) => {
@@ -407,31 +407,18 @@ impl ExplicitEngine {
     /// A command has no meaning in the state.
     fn position(&self, state: usize, choice: &Choice) -> Result<Option<usize>> {
         // With monitors, the self-loop of a deadlock is a command of theirs.
-        let stuck = self.deadlocks.has(state) && self.prepared.alone.is_none();
+        let stuck = self.deadlocks.has(state) && !self.prepared.steps_alone();
         let (wanted, commands) = match choice {
             Choice::Deadlock => return Ok(stuck.then_some(0)),
-            Choice::Uniform => return Ok((self.prepared.uniform && !stuck).then_some(0)),
+            Choice::Uniform => return Ok((self.prepared.is_uniform() && !stuck).then_some(0)),
             Choice::Combination { synchronisation, commands } => (*synchronisation, commands),
         };
-        if self.prepared.uniform || wanted >= self.prepared.synchronisations.len() {
+        if self.prepared.is_uniform() {
             return Ok(None);
         }
-        let broken = |broken: Broken| broken.error(&self.program, &self.values(state));
         let mut stepper = Stepper::<1>::new(&self.prepared);
         self.with_code(state, |code| stepper.enter(&self.layout, code));
-        let mut before = 0;
-        for index in 0..wanted {
-            before += stepper.alternatives(index).map_err(broken)?.iter().map(Vec::len).product::<usize>();
-        }
-        let factors = stepper.alternatives(wanted).map_err(broken)?;
-        if factors.len() != commands.len() {
-            return Ok(None);
-        }
-        let mut rank = 0;
-        for (enabled, command) in factors.iter().zip(commands) {
-            let Some(position) = enabled.iter().position(|&c| c == command.0) else { return Ok(None) };
-            rank = rank * enabled.len() + position;
-        }
-        Ok(Some(before + rank))
+        let found = stepper.position(wanted, &mut commands.iter().map(|command| command.0));
+        found.map_err(|broken| broken.error(&self.program, &self.values(state)))
     }
 }

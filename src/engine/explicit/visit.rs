@@ -1,11 +1,11 @@
 //! Iteration over the states of a set.
 
-use super::explore::Space;
-use super::meter::Charge;
-use super::set::{BitSet, set};
 use super::{ExplicitEngine, StateSet};
 use meliora_base::error::Result;
 use meliora_model::State;
+use meliora_space::explore::Space;
+use meliora_space::meter::Charge;
+use meliora_space::set::{BitSet, set};
 
 /// An iteration over the states of a set in the order of their values, first variable first.
 pub struct Listing {

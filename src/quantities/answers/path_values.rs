@@ -22,9 +22,9 @@ use crate::solvers::solve::solved;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
-use meliora_engine::explicit::weighted::Codec;
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::{Optimum, Program, State};
+use meliora_space::weighted::Codec;
 
 /// The quantity that is wanted.
 #[derive(Debug)]

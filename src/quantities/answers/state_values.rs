@@ -8,11 +8,11 @@ use serde::{Serialize, Serializer};
 use crate::by_goal::GainValues;
 use crate::{Aim, Bounds, ChoiceValues, Node, Values};
 use meliora_base::error::Result;
-use meliora_engine::explicit::weighted::Walker;
 use meliora_engine::{Engine, NoProgress};
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Kind, Rank};
+use meliora_space::weighted::Walker;
 
 /// The values of a state.
 #[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]

@@ -8,9 +8,9 @@ use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
-use meliora_engine::explicit::weighted::{Codec, Fractions, Walker};
 use meliora_model::rewards::Earner;
 use meliora_model::{Program, State};
+use meliora_space::weighted::{Codec, Fractions, Walker};
 use num_traits::Zero;
 
 use super::codes::Codes;

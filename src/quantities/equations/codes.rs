@@ -8,7 +8,7 @@ use hashbrown::HashTable;
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
 use meliora_base::error::Result;
-use meliora_engine::explicit::weighted::{Code, Codec};
+use meliora_space::weighted::{Code, Codec};
 
 /// A list of codes with keys, each pair once.
 #[derive(Debug, Default)]

@@ -16,10 +16,10 @@ use crate::equations::places::{Noted, Place, Places};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
-use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk, Walker};
 use meliora_engine::membership::{self, Membership};
 use meliora_model::State;
 use meliora_model::preference::Change;
+use meliora_space::weighted::{Code, Codec, Steps, Walk, Walker};
 
 /// The exploration of a graph.
 pub(crate) struct Explorer<'a, 'm, E: Engine> {

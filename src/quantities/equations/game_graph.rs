@@ -4,8 +4,8 @@ use std::ops::Range;
 
 use bitvec::vec::BitVec;
 use meliora_base::exact::Ratio;
-use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
+use meliora_space::weighted::Fractions;
 use num_traits::{One, Zero};
 
 use super::choices::Choices;

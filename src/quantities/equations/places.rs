@@ -6,8 +6,8 @@ use crate::equations::codes::Codes;
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
 use meliora_base::error::Result;
-use meliora_engine::explicit::weighted::{Code, Codec};
 use meliora_model::State;
+use meliora_space::weighted::{Code, Codec};
 
 /// The role of a state: in an arena, or in a junction of it, right after an improving step under
 /// `prefix`.

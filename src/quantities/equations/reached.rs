@@ -8,9 +8,9 @@ use crate::equations::meter::Meter;
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_engine::explicit::weighted::{Code, Codec, Steps, Walk};
 use meliora_engine::membership::Membership;
 use meliora_model::State;
+use meliora_space::weighted::{Code, Codec, Steps, Walk};
 use num_traits::Zero;
 
 /// The node of all states where the path ends.

@@ -5,8 +5,8 @@ use super::meter::Meter;
 use super::reached::{Growing, Reached};
 use meliora_base::error::Result;
 use meliora_engine::Engine;
-use meliora_engine::explicit::weighted::Walker;
 use meliora_model::{Program, State};
+use meliora_space::weighted::Walker;
 
 /// A search for the states that have equations.
 pub(crate) struct Search<'a, E: Engine> {

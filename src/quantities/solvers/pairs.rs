@@ -4,8 +4,8 @@ use ahash::AHashMap;
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
+use meliora_space::weighted::Fractions;
 
 use super::components::{self, EndComponents};
 use super::sides::Sides;

@@ -9,8 +9,8 @@
 
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
-use meliora_engine::explicit::weighted::Fractions;
 use meliora_model::Optimum;
+use meliora_space::weighted::Fractions;
 use num_traits::{Signed, ToPrimitive};
 
 use super::components::EndComponents;

@@ -9,12 +9,12 @@ use std::sync::Arc;
 
 use ahash::{AHashMap, RandomState};
 
-use super::super::index::{self, NOBODY};
-use super::super::stepper::Stepper;
 use super::Guided;
 use super::relaxation::outcomes;
 use meliora_base::error::Result;
 use meliora_model::{Branch, CommandId, Program, VarId};
+use meliora_space::index::{self, NOBODY};
+use meliora_space::stepper::Stepper;
 
 /// The states of paths by the variables and values that they need.
 pub(super) struct Advice {

@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 
 use super::facts::Fact;
 use super::relaxation::Relaxation;
-use crate::explicit::index::NOBODY;
+use meliora_space::index::NOBODY;
 
 /// An estimate of the distance of a state to the target.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Hash)]

@@ -12,8 +12,8 @@ use meliora_base::value::{Binary, Type, Unary, Value};
 use meliora_model::Program;
 use meliora_model::expr::{ExprId, ExprPool, Node};
 
-use crate::explicit::layout::width;
-use crate::explicit::needs::interval;
+use meliora_space::layout::width;
+use meliora_space::needs::interval;
 
 /// A fact, by its number.
 pub(super) type Fact = u32;

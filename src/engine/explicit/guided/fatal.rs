@@ -5,10 +5,10 @@
 //! outcome, whatever the values are that the command neither tests nor writes, it is fatal. It is left out of later
 //! estimates, which then say more about other states, too.
 
-use super::super::index::NOBODY;
 use super::Guided;
 use super::relaxation::outcomes;
 use meliora_model::CommandId;
+use meliora_space::index::NOBODY;
 
 impl Guided {
     /// Judges the command of a choice that may step into a state without a relaxed plan. Returns whether it is found to

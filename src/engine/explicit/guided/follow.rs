@@ -2,14 +2,14 @@
 
 use std::collections::VecDeque;
 
-use super::super::explore::fixed;
-use super::super::stepper::Stepper;
 use super::{Guided, Guiding};
 use ahash::{AHashMap, AHashSet};
 use meliora_base::error::Result;
 use meliora_base::progress::Poll;
 use meliora_model::CommandId;
 use meliora_model::step::Choice;
+use meliora_space::explore::fixed;
+use meliora_space::stepper::Stepper;
 
 /// The states that a policy visits outside of the target, in the order in which it does.
 #[derive(Default)]
@@ -24,7 +24,7 @@ pub(super) struct Visited {
 
 impl Guided {
     pub(super) fn follow<const W: usize>(&self) -> Result<Vec<Guiding>> {
-        let mut poll = Poll::new(&*self.task.settings.sink);
+        let mut poll = Poll::new(&*self.task.limits.sink);
         let mut stepper = Stepper::<W>::new(&self.task.prepared);
         let states = self.visited(VecDeque::pop_front).states;
         let distances = self.distances(&states);

@@ -31,7 +31,6 @@ mod relaxation;
 mod search;
 #[cfg(test)]
 mod tests;
-mod total;
 
 use std::sync::Arc;
 
@@ -41,15 +40,17 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, Program, State, VarId};
 
-use super::compile::Compiler;
-use super::explore::{Exploration, Task, by_words};
-use super::index::NOBODY;
-use super::machine::{Code, Machine};
-use super::meter::Meter;
 use crate::settings::{Scope, Settings};
 use advice::Advice;
 use estimate::Estimator;
 use facts::Fact;
+use meliora_space::by_words;
+use meliora_space::compile::Compiler;
+use meliora_space::explore::{Exploration, Task};
+use meliora_space::index::NOBODY;
+use meliora_space::machine::{Code, Machine};
+use meliora_space::meter::Meter;
+use meliora_space::total::is_total;
 use part::Part;
 use relaxation::Relaxation;
 use search::Search;
@@ -122,7 +123,7 @@ impl Guided {
         settings: Settings,
         target: &Predicate,
     ) -> Result<Option<Self>> {
-        let mut exploration = Exploration::new(program, settings)?;
+        let mut exploration = Exploration::new(program, settings.limits())?;
         exploration.begin()?;
         let Some(mut guided) = Guided::new(&exploration, target)? else { return Ok(None) };
         drop(exploration);
@@ -138,11 +139,11 @@ impl Guided {
     /// The work is cancelled.
     pub(super) fn new(of: &Exploration, target: &Predicate) -> Result<Option<Self>> {
         let (task, program) = (&of.task, &of.task.program);
-        let is_plain = program.kind == ModelKind::Mdp && task.settings.scope == Scope::Reachable;
-        if !is_plain || !total::is_total(program, &task.prepared, target) {
+        let is_plain = program.kind == ModelKind::Mdp && task.limits.scope == Scope::Reachable;
+        if !is_plain || !is_total(program, &task.prepared, target) {
             return Ok(None);
         }
-        let mut poll = Poll::new(&*task.settings.sink);
+        let mut poll = Poll::new(&*task.limits.sink);
         let mut compiler = Compiler::new(program, target.pool(), &[target.id()], &mut poll)?;
         let start = compiler.condition(target.id()).start;
         let code = compiler.finish();
@@ -153,10 +154,10 @@ impl Guided {
         let fatal = vec![false; program.commands.len()];
         let (judged, facts) = (fatal.clone(), Vec::new());
         let guide = Guide { relaxation, estimator, state: NOBODY, values, facts, fatal, judged, age: 1 };
-        let meter = Meter::new(task.settings.memory);
+        let meter = Meter::new(task.limits.memory);
         let task = Task {
             program: program.clone(),
-            settings: task.settings.clone(),
+            limits: task.limits.clone(),
             layout: task.layout.clone(),
             prepared: task.prepared.clone(),
             meter: meter.clone(),

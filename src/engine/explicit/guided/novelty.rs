@@ -6,10 +6,10 @@
 
 use ahash::AHashMap;
 
-use super::super::meter::{Array, Meter};
 use super::Guide;
 use super::estimate::Estimate;
 use meliora_base::error::Result;
+use meliora_space::meter::{Array, Meter};
 
 /// The facts that the states of a search had.
 pub(super) struct Novelty {

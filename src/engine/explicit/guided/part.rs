@@ -1,9 +1,9 @@
 //! The explored part of a model: states with their choices, their standing, and a policy.
 
-use super::super::index::{Index, NOBODY};
-use super::super::meter::{Array, Meter};
 use super::estimate::Estimate;
 use meliora_base::error::Result;
+use meliora_space::index::{Index, NOBODY};
+use meliora_space::meter::{Array, Meter};
 
 /// The known properties of a state.
 #[derive(Debug, Clone, Copy, Default)]

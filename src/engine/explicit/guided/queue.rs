@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::super::index::NOBODY;
-use super::super::meter::{Array, Meter};
 use meliora_base::error::Result;
+use meliora_space::index::NOBODY;
+use meliora_space::meter::{Array, Meter};
 
 /// Numbers, the first of them counts most.
 pub(super) type Key = [u32; 3];

@@ -9,7 +9,6 @@ use std::rc::Rc;
 use ahash::AHashMap;
 
 use super::facts::{Condition, Fact, Facts, all};
-use crate::explicit::index::NOBODY;
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::Poll;
@@ -17,6 +16,7 @@ use meliora_base::value::Value;
 use meliora_model::expr::{ExprId, Node};
 use meliora_model::predicate::Predicate;
 use meliora_model::{Branch, CommandId, Program, Synchronisation, VarId};
+use meliora_space::index::NOBODY;
 
 /// Lists, one after the other.
 #[derive(Default)]

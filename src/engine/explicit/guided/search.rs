@@ -3,18 +3,18 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use super::super::explore::{PATIENCE, fixed};
-use super::super::index::NOBODY;
-use super::super::meter::{Array, Meter};
-use super::super::stepper::{Stepper, sum};
 use super::estimate::Estimate;
 use super::follow::Visited;
 use super::novelty::Novelty;
 use super::part::{Standing, Taken};
 use super::queue::Queue;
 use super::{Guide, Guided};
-use crate::settings::STEPS_PER_WORK;
 use meliora_base::error::Result;
+use meliora_space::STEPS_PER_WORK;
+use meliora_space::explore::{PATIENCE, fixed};
+use meliora_space::index::NOBODY;
+use meliora_space::meter::{Array, Meter};
+use meliora_space::stepper::{Stepper, sum};
 
 /// A best-first search for a path from one state to the target or to the policy.
 pub(super) struct Search {
@@ -332,12 +332,12 @@ impl Guided {
         if self.work() < self.reported + PATIENCE as u64 {
             return Ok(());
         }
-        let sink = &self.task.settings.sink;
+        let sink = &self.task.limits.sink;
         sink.advance((self.work() - self.reported) * STEPS_PER_WORK);
         self.reported = self.work();
         let (states, open) = (self.part.standing.len(), self.open.len());
         let detail = || format!("{states} states found, {open} wait for a choice");
-        let sink = &self.task.settings.sink;
+        let sink = &self.task.limits.sink;
         sink.progress("guided search", &detail);
         sink.stop().map_or(Ok(()), |limit| Err(limit.into()))
     }

@@ -64,7 +64,7 @@ fn read(text: &str, target: &str) -> (Arc<Program>, Predicate) {
 
 /// Prepares a search; `None` for models that it is not made for.
 fn guided(program: &Arc<Program>, target: &Predicate) -> Option<Guided> {
-    let mut exploration = Exploration::new(Arc::clone(program), Settings::default()).unwrap();
+    let mut exploration = Exploration::new(Arc::clone(program), Settings::default().limits()).unwrap();
     exploration.begin().unwrap();
     Guided::new(&exploration, target).unwrap()
 }

@@ -12,14 +12,14 @@ use meliora_base::error::{Limit, Result};
 use meliora_model::{Program, Variable};
 
 /// Maximum number of words in a code.
-pub(super) const MOST_WORDS: usize = 32;
+pub const MOST_WORDS: usize = 32;
 
 /// A state in few bytes. Codes compare as the values do.
 pub type Code = SmallVec<[u64; 2]>;
 
 /// The position of a variable in a code.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Field {
+pub struct Field {
     word: u32,
     shift: u32,
     /// The amount that an increment of the variable adds to its word.
@@ -31,7 +31,7 @@ pub(super) struct Field {
 
 /// The layout of codes.
 #[derive(Debug, Clone)]
-pub(super) struct Layout {
+pub struct Layout {
     fields: Vec<Field>,
     words: usize,
     /// The number of valuations in a `radix` layout.
@@ -43,7 +43,7 @@ impl Layout {
     ///
     /// # Errors
     /// A code would need more than [`MOST_WORDS`] words.
-    pub(super) fn packed(program: &Program) -> Result<Self> {
+    pub fn packed(program: &Program) -> Result<Self> {
         let mut sizes: Vec<u32> = program.variables.iter().map(|v| v.bits()).collect();
         let mut places = Vec::new();
         let (mut word, mut used) = (0, 0);
@@ -80,7 +80,7 @@ impl Layout {
 
     /// Creates a layout that numbers all valuations in the order of their values; `None` if there
     /// are 2^32 or more.
-    pub(super) fn radix(program: &Program) -> Option<Self> {
+    pub fn radix(program: &Program) -> Option<Self> {
         let mut fields = Vec::new();
         let mut weight: u64 = 1;
         for v in program.variables.iter().rev() {
@@ -94,23 +94,23 @@ impl Layout {
     }
 
     /// Returns the number of words of a code: 1 to 4, 8, 16 or 32.
-    pub(super) fn words(&self) -> usize {
+    pub fn words(&self) -> usize {
         self.words
     }
 
     /// Returns the number of valuations of a [`Layout::radix`], else `None`.
-    pub(super) fn valuations(&self) -> Option<u64> {
+    pub fn valuations(&self) -> Option<u64> {
         self.valuations
     }
 
     /// Returns the field of a variable.
-    pub(super) fn field(&self, variable: usize) -> Field {
+    pub fn field(&self, variable: usize) -> Field {
         self.fields[variable]
     }
 
     /// Writes the values of a state to the first entries of `values`.
     #[inline]
-    pub(super) fn decode(&self, code: &[u64], values: &mut [i64]) {
+    pub fn decode(&self, code: &[u64], values: &mut [i64]) {
         if self.valuations.is_some() {
             for (field, value) in self.fields.iter().zip(values) {
                 *value = field.radix_value(code);
@@ -124,13 +124,13 @@ impl Layout {
 
     /// Returns the value of one variable.
     #[inline]
-    pub(super) fn value(&self, code: &[u64], variable: usize) -> i64 {
+    pub fn value(&self, code: &[u64], variable: usize) -> i64 {
         let field = &self.fields[variable];
         if self.valuations.is_some() { field.radix_value(code) } else { field.packed_value(code) }
     }
 
     /// Returns the code of a valuation; `None` if a value is out of range or the length is wrong.
-    pub(super) fn encode(&self, values: &[i64]) -> Option<Code> {
+    pub fn encode(&self, values: &[i64]) -> Option<Code> {
         if values.len() != self.fields.len() {
             return None;
         }
@@ -148,13 +148,13 @@ impl Layout {
 impl Field {
     /// Returns whether a value is in the variable's range.
     #[inline]
-    pub(super) fn holds(&self, value: i64) -> bool {
+    pub fn holds(&self, value: i64) -> bool {
         value >= self.low && value.wrapping_sub(self.low) as u64 <= self.width
     }
 
     /// Adds (new - old) · weight.
     #[inline]
-    pub(super) fn add(&self, code: &mut [u64], old: i64, new: i64) {
+    pub fn add(&self, code: &mut [u64], old: i64, new: i64) {
         let difference = (new.wrapping_sub(old) as u64).wrapping_mul(self.weight);
         let word = &mut code[self.word as usize];
         *word = word.wrapping_add(difference);
@@ -173,7 +173,7 @@ impl Field {
 }
 
 /// Returns the number of values of a variable minus 1.
-pub(super) fn width(variable: &Variable) -> u64 {
+pub fn width(variable: &Variable) -> u64 {
     variable.high.wrapping_sub(variable.low) as u64
 }
 

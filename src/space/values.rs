@@ -6,15 +6,15 @@ use meliora_model::expr::{Binary, Unary};
 
 /// A set of values that contains all that an expression has in the states of a box.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Values {
-    pub(super) bounds: Bounds,
+pub(crate) struct Values {
+    pub(crate) bounds: Bounds,
     /// True if the expression may have no value in some of the states.
-    pub(super) fails: bool,
+    pub(crate) fails: bool,
 }
 
 /// The bounds of values.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Bounds {
+pub(crate) enum Bounds {
     /// The integers from the first to the second; 0 and 1 stand for Booleans. None if the first is larger.
     Whole(i64, i64),
     /// The reals from the first to the second, which are finite or equal.
@@ -32,12 +32,12 @@ const EITHER: Bounds = Bounds::Whole(0, 1);
 
 impl Values {
     /// Returns the integers of a range.
-    pub(super) fn whole(low: i64, high: i64) -> Self {
+    pub(crate) fn whole(low: i64, high: i64) -> Self {
         Values { bounds: Bounds::Whole(low, high), fails: false }
     }
 
     /// Returns the integers of a range, as far as they fit 64 bits: the others are no values.
-    pub(super) fn clipped(low: i128, high: i128) -> Self {
+    pub(crate) fn clipped(low: i128, high: i128) -> Self {
         let [least, most] = [i64::MIN, i64::MAX].map(i128::from);
         let clip = |x: i128| x.clamp(least, most) as i64;
         let fails = low < least || high > most;
@@ -46,7 +46,7 @@ impl Values {
     }
 
     /// Returns the only value of an expression, if it has one.
-    pub(super) fn of(value: Result<Exact, EvalError>) -> Self {
+    pub(crate) fn of(value: Result<Exact, EvalError>) -> Self {
         let bounds = match value {
             Ok(Exact::Bool(b)) => Bounds::Whole(b.into(), b.into()),
             Ok(Exact::Int(i)) => Bounds::Whole(i, i),
@@ -57,7 +57,7 @@ impl Values {
     }
 
     /// Returns the bounds of integers or Booleans.
-    pub(super) fn range(&self) -> (i64, i64) {
+    pub(crate) fn range(&self) -> (i64, i64) {
         match self.bounds {
             Bounds::Whole(low, high) => (low, high),
             Bounds::Reals(_) | Bounds::Any => (i64::MIN, i64::MAX),
@@ -65,12 +65,12 @@ impl Values {
     }
 
     /// Returns whether a condition may be true, …
-    pub(super) fn may_hold(&self) -> bool {
+    pub(crate) fn may_hold(&self) -> bool {
         self.range().1 >= 1 && !self.is_none()
     }
 
     /// … and whether it may be false.
-    pub(super) fn may_not_hold(&self) -> bool {
+    pub(crate) fn may_not_hold(&self) -> bool {
         self.range().0 <= 0 && !self.is_none()
     }
 
@@ -80,7 +80,7 @@ impl Values {
     }
 
     /// Returns the value, if it is the same in all of the states.
-    pub(super) fn known(&self, ty: Type) -> Option<Exact> {
+    pub(crate) fn known(&self, ty: Type) -> Option<Exact> {
         match &self.bounds {
             _ if !self.is_known() => None,
             Bounds::Whole(low, _) if ty == Type::Bool => Some(Exact::Bool(*low != 0)),
@@ -91,7 +91,7 @@ impl Values {
     }
 
     /// Returns whether the value is the same in all of the states.
-    pub(super) fn is_known(&self) -> bool {
+    pub(crate) fn is_known(&self) -> bool {
         !self.fails
             && match &self.bounds {
                 Bounds::Whole(low, high) => low == high,
@@ -101,7 +101,7 @@ impl Values {
     }
 
     /// Returns the finite bounds of reals.
-    pub(super) fn reals(&self) -> Option<(&Real, &Real)> {
+    pub(crate) fn reals(&self) -> Option<(&Real, &Real)> {
         match &self.bounds {
             Bounds::Reals(pair) => pair.0.finite().and(pair.1.finite()).map(|_| (&pair.0, &pair.1)),
             Bounds::Whole(..) | Bounds::Any => None,
@@ -120,7 +120,7 @@ impl From<Bounds> for Values {
 }
 
 /// Returns the values of `op x`.
-pub(super) fn unary(op: Unary, ty: Type, x: &Values) -> Values {
+pub(crate) fn unary(op: Unary, ty: Type, x: &Values) -> Values {
     if let Some(value) = x.known(ty) {
         return Values::of(exact::unary(op, value));
     }
@@ -149,7 +149,7 @@ fn rounded(op: Unary, x: &Values) -> Values {
 }
 
 /// Returns the values of `x op y`, whose operands are of type `ty`.
-pub(super) fn binary(op: Binary, ty: Type, x: &Values, y: &Values) -> Values {
+pub(crate) fn binary(op: Binary, ty: Type, x: &Values, y: &Values) -> Values {
     if let (Some(x), Some(y)) = (x.known(ty), y.known(ty)) {
         return Values::of(exact::binary(op, &x, &y));
     }
@@ -241,7 +241,7 @@ fn between(low: Real, high: Real) -> Values {
 }
 
 /// Returns the values of `condition ? x : y`.
-pub(super) fn choice(condition: &Values, x: &Values, y: &Values) -> Values {
+pub(crate) fn choice(condition: &Values, x: &Values, y: &Values) -> Values {
     let values = match (condition.may_hold(), condition.may_not_hold()) {
         (true, true) => joined(x, y),
         (true, false) => x.clone(),
@@ -270,7 +270,7 @@ fn joined(x: &Values, y: &Values) -> Values {
 
 /// Returns the values of a list of conditions: `decisive` is the value of one at which evaluation
 /// ends with this value, true for a disjunction and false for a conjunction.
-pub(super) fn list<'a>(decisive: bool, conditions: impl Iterator<Item = &'a Values>) -> Values {
+pub(crate) fn list<'a>(decisive: bool, conditions: impl Iterator<Item = &'a Values>) -> Values {
     let (mut ends, mut fails) = (false, false);
     for x in conditions {
         fails |= x.fails;
@@ -290,7 +290,7 @@ pub(super) fn list<'a>(decisive: bool, conditions: impl Iterator<Item = &'a Valu
 }
 
 /// Returns the values of Σ factor · x + constant, of which no part leaves 64 bits.
-pub(super) fn sum<'a>(terms: impl Iterator<Item = (i64, &'a Values)>, constant: i64) -> Values {
+pub(crate) fn sum<'a>(terms: impl Iterator<Item = (i64, &'a Values)>, constant: i64) -> Values {
     let (mut low, mut high, mut fails) = (constant, constant, false);
     for (factor, x) in terms {
         if x.is_none() {
@@ -303,6 +303,6 @@ pub(super) fn sum<'a>(terms: impl Iterator<Item = (i64, &'a Values)>, constant: 
 }
 
 /// Returns the least and the greatest product of a factor and a number of a range.
-pub(super) fn scaled(factor: i64, (low, high): (i64, i64)) -> (i64, i64) {
+pub(crate) fn scaled(factor: i64, (low, high): (i64, i64)) -> (i64, i64) {
     if factor < 0 { (factor * high, factor * low) } else { (factor * low, factor * high) }
 }

@@ -26,7 +26,7 @@ enum Operation {
 
 /// The numbers that are not short, by position, and the results of operations on them.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Numbers {
+pub(crate) struct Numbers {
     list: Vec<Real>,
     places: AHashMap<Real, i64>,
     results: AHashMap<Operation, Result<i64, EvalError>>,
@@ -63,14 +63,14 @@ fn brief(op: Binary, x: Short, y: Short) -> Option<i64> {
 
 impl Numbers {
     /// Returns the word of a constant of the code.
-    pub(super) fn constant(&mut self, number: Real) -> i64 {
+    pub(crate) fn constant(&mut self, number: Real) -> i64 {
         let place = self.place(number);
         self.constants = self.list.len();
         place
     }
 
     /// Returns the number in a word.
-    pub(super) fn at(&self, word: i64) -> Real {
+    pub(crate) fn at(&self, word: i64) -> Real {
         short(word).map_or_else(|| self.stored(word).clone(), |x| Real::Finite(x.into()))
     }
 
@@ -81,7 +81,7 @@ impl Numbers {
     }
 
     /// Returns whether the word contains 0.
-    pub(super) fn is_zero(word: i64) -> bool {
+    pub(crate) fn is_zero(word: i64) -> bool {
         short(word) == Some(Short::ZERO)
     }
 
@@ -94,7 +94,7 @@ impl Numbers {
     }
 
     /// Forgets all results if they are many. Registers must not contain positions of results then.
-    pub(super) fn next_state(&mut self) {
+    pub(crate) fn next_state(&mut self) {
         if self.results.len() > MOST_RESULTS {
             self.results.clear();
             for number in self.list.drain(self.constants..) {
@@ -104,7 +104,7 @@ impl Numbers {
     }
 
     /// Returns the word of an integer.
-    pub(super) fn integer(&mut self, i: i64) -> i64 {
+    pub(crate) fn integer(&mut self, i: i64) -> i64 {
         if let Some(x) = Short::whole(i) {
             return word(x);
         }
@@ -116,7 +116,7 @@ impl Numbers {
     ///
     /// # Errors
     /// The operation has no value.
-    pub(super) fn unary(&mut self, op: Unary, a: i64) -> Result<i64, EvalError> {
+    pub(crate) fn unary(&mut self, op: Unary, a: i64) -> Result<i64, EvalError> {
         let quick =
             |x: Short| if op == Unary::Neg { brief(Binary::Sub, Short::ZERO, x) } else { x.rounded(op) };
         if let Some(result) = short(a).and_then(quick) {
@@ -129,7 +129,7 @@ impl Numbers {
     ///
     /// # Errors
     /// The operation has no value.
-    pub(super) fn binary(&mut self, op: Binary, a: i64, b: i64) -> Result<i64, EvalError> {
+    pub(crate) fn binary(&mut self, op: Binary, a: i64, b: i64) -> Result<i64, EvalError> {
         if let Some(result) = short(a).zip(short(b)).and_then(|(x, y)| brief(op, x, y)) {
             return Ok(result);
         }
@@ -140,7 +140,7 @@ impl Numbers {
     ///
     /// # Errors
     /// A sum has no value.
-    pub(super) fn judge(&mut self, probabilities: impl IntoIterator<Item = i64>) -> Result<Sum, EvalError> {
+    pub(crate) fn judge(&mut self, probabilities: impl IntoIterator<Item = i64>) -> Result<Sum, EvalError> {
         let mut sum = self.integer(0);
         for p in probabilities {
             if !self.is_weight(p) {
@@ -169,7 +169,7 @@ impl Numbers {
     }
 
     /// Returns the word of a number.
-    pub(super) fn place(&mut self, number: Real) -> i64 {
+    pub(crate) fn place(&mut self, number: Real) -> i64 {
         if let Some(x) = number.finite().and_then(Short::new) {
             return word(x);
         }

@@ -7,7 +7,7 @@ use meliora_base::error::{Limit, Result};
 
 /// A counter of the bytes of live arrays; clones share the counter.
 #[derive(Debug, Clone)]
-pub(super) struct Meter {
+pub struct Meter {
     limit: Arc<AtomicU64>,
     used: Arc<AtomicU64>,
     peak: Arc<AtomicU64>,
@@ -17,20 +17,20 @@ pub(super) struct Meter {
 
 /// Bytes that are released on drop.
 #[derive(Debug)]
-pub(super) struct Charge {
+pub struct Charge {
     meter: Meter,
     bytes: u64,
 }
 
 impl Meter {
     /// Creates a meter that refuses more than `limit` bytes.
-    pub(super) fn new(limit: u64) -> Self {
+    pub fn new(limit: u64) -> Self {
         let limit = Arc::new(AtomicU64::new(limit));
         Meter { limit, used: Arc::default(), peak: Arc::default(), states: Arc::default() }
     }
 
     /// Sets the limit of the meter and of its clones.
-    pub(super) fn set_limit(&self, limit: u64) {
+    pub fn set_limit(&self, limit: u64) {
         self.limit.store(limit, Ordering::Relaxed);
     }
 
@@ -39,22 +39,22 @@ impl Meter {
     }
 
     /// Returns whether both are clones of one meter.
-    pub(super) fn is(&self, other: &Meter) -> bool {
+    pub fn is(&self, other: &Meter) -> bool {
         Arc::ptr_eq(&self.used, &other.used)
     }
 
     /// Returns the number of live bytes.
-    pub(super) fn used(&self) -> u64 {
+    pub fn used(&self) -> u64 {
         self.used.load(Ordering::Relaxed)
     }
 
     /// Returns the largest number of bytes that were live at the same time.
-    pub(super) fn peak(&self) -> u64 {
+    pub fn peak(&self) -> u64 {
         self.peak.load(Ordering::Relaxed)
     }
 
     /// Records the number of states reached.
-    pub(super) fn reached(&self, states: usize) {
+    pub fn reached(&self, states: usize) {
         self.states.store(states as u64, Ordering::Relaxed);
     }
 
@@ -62,19 +62,19 @@ impl Meter {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn charge(&self, bytes: usize) -> Result<Charge> {
+    pub fn charge(&self, bytes: usize) -> Result<Charge> {
         if self.used() + bytes as u64 > self.limit() { Err(self.full().into()) } else { Ok(self.note(bytes)) }
     }
 
     /// Charges bytes without checking the limit.
-    pub(super) fn note(&self, bytes: usize) -> Charge {
+    pub fn note(&self, bytes: usize) -> Charge {
         let before = self.used.fetch_add(bytes as u64, Ordering::Relaxed);
         self.peak.fetch_max(before + bytes as u64, Ordering::Relaxed);
         Charge { meter: self.clone(), bytes: bytes as u64 }
     }
 
     /// Returns the error for the memory limit, with the number of states reached so far.
-    pub(super) fn full(&self) -> Limit {
+    pub fn full(&self) -> Limit {
         let states = self.states.load(Ordering::Relaxed);
         let what = format!(
             "the arrays of the explicit engine would exceed {} bytes, with {states} states reached so far",
@@ -92,14 +92,14 @@ impl Drop for Charge {
 
 /// A growing array whose capacity is charged to a meter.
 #[derive(Debug)]
-pub(super) struct Array<T> {
+pub struct Array<T> {
     items: Vec<T>,
     charge: Charge,
 }
 
 impl<T: Copy> Array<T> {
     /// Creates an empty array.
-    pub(super) fn new(meter: &Meter) -> Self {
+    pub fn new(meter: &Meter) -> Self {
         Array { items: Vec::new(), charge: meter.note(0) }
     }
 
@@ -107,7 +107,7 @@ impl<T: Copy> Array<T> {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn filled(meter: &Meter, n: usize, item: T) -> Result<Self> {
+    pub fn filled(meter: &Meter, n: usize, item: T) -> Result<Self> {
         let mut array = Array::new(meter);
         array.grow(n)?;
         array.items.resize(n, item);
@@ -119,7 +119,7 @@ impl<T: Copy> Array<T> {
     /// # Errors
     /// The memory limit is reached.
     #[inline]
-    pub(super) fn push(&mut self, item: T) -> Result<()> {
+    pub fn push(&mut self, item: T) -> Result<()> {
         if self.items.len() == self.items.capacity() {
             self.grow(self.items.len() / 2 + 64)?;
         }
@@ -132,7 +132,7 @@ impl<T: Copy> Array<T> {
     /// # Errors
     /// The memory limit is reached.
     #[inline]
-    pub(super) fn extend(&mut self, items: &[T]) -> Result<()> {
+    pub fn extend(&mut self, items: &[T]) -> Result<()> {
         if self.items.capacity() - self.items.len() < items.len() {
             self.grow(self.items.len() / 2 + 64 + items.len())?;
         }
@@ -141,12 +141,12 @@ impl<T: Copy> Array<T> {
     }
 
     /// Shortens the array.
-    pub(super) fn truncate(&mut self, n: usize) {
+    pub fn truncate(&mut self, n: usize) {
         self.items.truncate(n);
     }
 
     /// Frees unused capacity.
-    pub(super) fn shrink(&mut self) {
+    pub fn shrink(&mut self) {
         self.items.shrink_to_fit();
         self.charge = self.charge.meter.note(self.items.capacity() * size_of::<T>());
     }

@@ -10,19 +10,19 @@ use meliora_model::expr::{ExprId, ExprPool, Node};
 use meliora_model::{Program, VarId};
 
 /// Minimum number of operators below a node that is shared.
-pub(super) const WORTH_SHARING: u32 = 3;
+pub(crate) const WORTH_SHARING: u32 = 3;
 
 /// A node whose value is kept in a register.
-pub(super) struct Kept {
-    pub(super) node: ExprId,
+pub(crate) struct Kept {
+    pub(crate) node: ExprId,
     /// The variables of a condition whose results are kept for all states; else `None`: the value is kept for one
     /// state.
-    pub(super) memo: Option<Support>,
+    pub(crate) memo: Option<Support>,
 }
 
 /// The variables of a node, with the number of their valuations.
-pub(super) struct Support {
-    pub(super) variables: SmallVec<[VarId; 4]>,
+pub(crate) struct Support {
+    pub(crate) variables: SmallVec<[VarId; 4]>,
     valuations: u64,
 }
 
@@ -57,7 +57,7 @@ impl Support {
 ///
 /// # Errors
 /// The work is cancelled.
-pub(super) fn plan(
+pub(crate) fn plan(
     program: &Program,
     pool: &ExprPool,
     roots: &[ExprId],

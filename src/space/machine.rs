@@ -13,11 +13,11 @@ use meliora_base::value::{EvalError, Type};
 use meliora_model::expr::{Binary, Unary};
 
 /// A register.
-pub(super) type Reg = u32;
+pub(crate) type Reg = u32;
 
 /// One instruction; `to` is the position where execution continues if the condition is true.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Op {
+pub(crate) enum Op {
     Add {
         dst: Reg,
         a: Reg,
@@ -111,75 +111,75 @@ pub(super) enum Op {
 
 /// The entry point of code that computes a condition or a value.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Entry {
+pub struct Entry {
     /// The position of the first instruction.
-    pub(super) start: u32,
+    pub start: u32,
     /// The register that contains the value afterwards.
-    pub(super) result: Reg,
+    pub result: u32,
 }
 
 /// A node whose value is kept.
 #[derive(Debug, Clone)]
-pub(super) struct Routine {
+pub(crate) struct Routine {
     /// The position of its first instruction.
-    pub(super) start: u32,
+    pub(crate) start: u32,
 }
 
 /// A condition that is computed once per valuation of its variables.
 #[derive(Debug, Clone)]
-pub(super) struct Memo {
+pub(crate) struct Memo {
     /// The position of its first instruction.
-    pub(super) start: u32,
+    pub(crate) start: u32,
     /// The variables with their lowest values, and the distance of the results for neighbouring values.
-    pub(super) fields: SmallVec<[(Reg, i64, usize); 2]>,
+    pub(crate) fields: SmallVec<[(Reg, i64, usize); 2]>,
     /// The number of results.
-    pub(super) size: usize,
+    pub(crate) size: usize,
 }
 
 /// The disjuncts of a condition, of which only those are tested that the values of the variables may make true.
-pub(super) struct Table {
-    pub(super) lists: ByValue,
+pub(crate) struct Table {
+    pub(crate) lists: ByValue,
     /// The position of the first instruction of each disjunct.
-    pub(super) starts: Vec<u32>,
+    pub(crate) starts: Vec<u32>,
 }
 
 /// The code of all expressions of a program.
 #[derive(Default)]
-pub(super) struct Code {
-    pub(super) ops: Vec<Op>,
-    pub(super) routines: Vec<Routine>,
-    pub(super) memos: Vec<Memo>,
-    pub(super) tables: Vec<Table>,
+pub struct Code {
+    pub(crate) ops: Vec<Op>,
+    pub(crate) routines: Vec<Routine>,
+    pub(crate) memos: Vec<Memo>,
+    pub(crate) tables: Vec<Table>,
     /// The initial contents of the registers.
-    pub(super) initial: Vec<i64>,
+    pub(crate) initial: Vec<i64>,
     /// The reals among the constants.
-    pub(super) numbers: Numbers,
+    pub(crate) numbers: Numbers,
 }
 
 /// The registers of one evaluation.
 #[derive(Debug, Clone)]
-pub(super) struct Machine {
+pub struct Machine {
     /// The registers, variables first.
-    pub(super) regs: Vec<i64>,
+    pub regs: Vec<i64>,
     /// For each routine, the number of the state for which its register is valid.
     stamps: Vec<u64>,
     /// For each memo, the results: 0 if not known yet, 1 for false, 2 for true.
     memos: Vec<Vec<u8>>,
     /// The reals in the registers.
-    pub(super) numbers: Numbers,
+    pub(crate) numbers: Numbers,
     now: u64,
 }
 
 impl Machine {
     /// Creates a machine for the given code.
-    pub(super) fn new(code: &Code) -> Self {
+    pub fn new(code: &Code) -> Self {
         let stamps = vec![0; code.routines.len()];
         let memos = vec![Vec::new(); code.memos.len()];
         Machine { regs: code.initial.clone(), stamps, memos, numbers: code.numbers.clone(), now: 0 }
     }
 
     /// Discards the kept results, because the variables have new values.
-    pub(super) fn next_state(&mut self) {
+    pub fn next_state(&mut self) {
         self.now += 1;
         self.numbers.next_state();
     }
@@ -188,7 +188,7 @@ impl Machine {
     ///
     /// # Errors
     /// An expression has no value.
-    pub(super) fn run(&mut self, code: &Code, start: u32) -> Result<bool, EvalError> {
+    pub fn run(&mut self, code: &Code, start: u32) -> Result<bool, EvalError> {
         let mut at = start as usize;
         loop {
             match code.ops[at] {
@@ -293,7 +293,7 @@ impl Machine {
     }
 
     /// Returns whether the real in a register is 0.
-    pub(super) fn is_zero(&self, reg: Reg) -> bool {
+    pub fn is_zero(&self, reg: Reg) -> bool {
         Numbers::is_zero(self.get(reg))
     }
 

@@ -18,44 +18,44 @@ use meliora_model::expr::{ExprId, Node};
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, VarId};
 
 /// A program compiled for the codes of one layout.
-pub(super) struct Prepared {
-    pub(super) code: Code,
-    pub(super) commands: Vec<Ready>,
+pub struct Prepared {
+    pub(crate) code: Code,
+    pub(crate) commands: Vec<Ready>,
     /// The commands of each participant. Participants that occur in several synchronisations are
     /// stored once.
-    pub(super) factors: Vec<Factor>,
+    pub(crate) factors: Vec<Factor>,
     /// For each synchronisation, its factors.
-    pub(super) synchronisations: Vec<Vec<usize>>,
+    pub(crate) synchronisations: Vec<Vec<usize>>,
     /// The synchronisations by the values of variables.
-    pub(super) by_value: ByValue,
+    pub(crate) by_value: ByValue,
     /// True if all combinations form a single choice.
-    pub(super) uniform: bool,
-    pub(super) initial: Entry,
+    pub(crate) uniform: bool,
+    pub(crate) initial: Entry,
     /// True if the expression for the initial states may have no value in some state.
-    pub(super) initial_is_partial: bool,
+    pub(crate) initial_is_partial: bool,
     /// The variables of monitors.
-    pub(super) monitors: Vec<(usize, Field)>,
+    pub(crate) monitors: Vec<(usize, Field)>,
     /// The participant that is enabled in deadlocks, if monitors step there.
-    pub(super) alone: Option<usize>,
+    pub(crate) alone: Option<usize>,
 }
 
 /// The commands of a participant.
-pub(super) struct Factor {
-    pub(super) candidates: Candidates,
+pub struct Factor {
+    pub(crate) candidates: Candidates,
     /// True if guards and probabilities of all its commands are valid in every state.
-    pub(super) is_sound: bool,
+    pub(crate) is_sound: bool,
 }
 
 /// A command.
-pub(super) struct Ready {
-    pub(super) chances: Chances,
+pub struct Ready {
+    pub(crate) chances: Chances,
     /// The branches whose probability is not the constant 0.
-    pub(super) branches: Vec<ReadyBranch>,
+    pub(crate) branches: Vec<ReadyBranch>,
 }
 
 /// The properties of a command's probabilities that are known in advance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Chances {
+pub enum Chances {
     /// They are constants and a distribution.
     Sound,
     /// They are constants and sum to 1 only after rounding.
@@ -67,19 +67,19 @@ pub(super) enum Chances {
 }
 
 /// A branch of a command.
-pub(super) struct ReadyBranch {
+pub struct ReadyBranch {
     /// Its probability, if it depends on the state.
-    pub(super) probability: Option<Entry>,
-    pub(super) updates: Vec<Update>,
+    pub(crate) probability: Option<Entry>,
+    pub(crate) updates: Vec<Update>,
 }
 
 /// A new value of a variable.
-pub(super) struct Update {
-    pub(super) variable: usize,
-    pub(super) field: Field,
-    pub(super) value: Entry,
+pub struct Update {
+    pub(crate) variable: usize,
+    pub(crate) field: Field,
+    pub(crate) value: Entry,
     /// True if the register contains the value without a computation.
-    pub(super) is_given: bool,
+    pub(crate) is_given: bool,
 }
 
 impl Prepared {
@@ -87,7 +87,7 @@ impl Prepared {
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(super) fn new(program: &Program, layout: &Layout, sink: &dyn ProgressSink) -> Result<Self> {
+    pub fn new(program: &Program, layout: &Layout, sink: &dyn ProgressSink) -> Result<Self> {
         let mut poll = Poll::new(sink);
         let (mut bounds, mut ways) = (Bounds::new(program, &program.pool), Ways::new(program, &program.pool));
         let (participants, synchronisations) = participants(program);
@@ -132,6 +132,18 @@ impl Prepared {
             initial,
             initial_is_partial: !bounds.is_total(program.initial),
         })
+    }
+}
+
+impl Prepared {
+    /// Returns whether all combinations form a single choice.
+    pub fn is_uniform(&self) -> bool {
+        self.uniform
+    }
+
+    /// Returns whether monitors step in deadlocks.
+    pub fn steps_alone(&self) -> bool {
+        self.alone.is_some()
     }
 }
 

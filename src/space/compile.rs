@@ -19,7 +19,7 @@ use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::{Program, VarId};
 
 /// The compiler for the expressions of a program.
-pub(super) struct Compiler<'a> {
+pub struct Compiler<'a> {
     pool: &'a ExprPool,
     bounds: Bounds<'a>,
     ways: Ways<'a>,
@@ -39,7 +39,7 @@ impl<'a> Compiler<'a> {
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(super) fn new(
+    pub fn new(
         program: &'a Program,
         pool: &'a ExprPool,
         roots: &[ExprId],
@@ -54,18 +54,18 @@ impl<'a> Compiler<'a> {
     }
 
     /// Returns the code of all compiled expressions.
-    pub(super) fn finish(self) -> Code {
+    pub fn finish(self) -> Code {
         self.code
     }
 
     /// Emits code that returns the value of a Boolean expression.
-    pub(super) fn condition(&mut self, e: ExprId) -> Entry {
+    pub fn condition(&mut self, e: ExprId) -> Entry {
         self.conjunction(&[e])
     }
 
     /// Emits code that returns whether all given conditions are true. Evaluation stops at the first
     /// one that is false.
-    pub(super) fn conjunction(&mut self, of: &[ExprId]) -> Entry {
+    pub fn conjunction(&mut self, of: &[ExprId]) -> Entry {
         let start = self.here();
         let mut fails = Vec::new();
         for &e in of {
@@ -78,7 +78,7 @@ impl<'a> Compiler<'a> {
     }
 
     /// Emits code that leaves the value of an expression in a register.
-    pub(super) fn value(&mut self, e: ExprId) -> Entry {
+    pub fn value(&mut self, e: ExprId) -> Entry {
         let start = self.here();
         let result = self.reg(e);
         self.emit(Op::Return(true));
@@ -87,7 +87,7 @@ impl<'a> Compiler<'a> {
 
     /// Emits code that leaves the value of an expression in a register as a real; integers are
     /// converted.
-    pub(super) fn real(&mut self, e: ExprId) -> Entry {
+    pub fn real(&mut self, e: ExprId) -> Entry {
         let start = self.here();
         let result = self.real_reg(e);
         self.emit(Op::Return(true));

@@ -39,7 +39,7 @@ impl Fractions {
         moved
     }
 
-    pub(super) fn product(&mut self, a: u32, b: u32) -> u32 {
+    pub(crate) fn product(&mut self, a: u32, b: u32) -> u32 {
         if let Some(&known) = self.products.get(&(a, b)) {
             return known;
         }
@@ -48,7 +48,7 @@ impl Fractions {
         product
     }
 
-    pub(super) fn sum(&mut self, a: u32, b: u32) -> u32 {
+    pub(crate) fn sum(&mut self, a: u32, b: u32) -> u32 {
         if let Some(&known) = self.sums.get(&(a, b)) {
             return known;
         }

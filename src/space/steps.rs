@@ -37,7 +37,7 @@ impl Steps {
     }
 
     /// Forgets all choices.
-    pub(super) fn clear(&mut self, words: usize) {
+    pub fn clear(&mut self, words: usize) {
         self.words = words;
         self.codes.clear();
         self.weights.clear();
@@ -45,11 +45,7 @@ impl Steps {
     }
 
     /// Adds a choice. Its successors are sorted, and the probabilities of equal ones are added.
-    pub(super) fn add<const W: usize>(
-        &mut self,
-        successors: &mut Vec<([u64; W], u32)>,
-        fractions: &mut Fractions,
-    ) {
+    pub fn add<const W: usize>(&mut self, successors: &mut Vec<([u64; W], u32)>, fractions: &mut Fractions) {
         if successors.len() > 1 {
             successors.sort_unstable();
             successors.dedup_by(|next, kept| {

@@ -10,16 +10,16 @@ use ahash::AHashMap;
 use super::needs::{Need, Way, Ways};
 
 /// Things that can be enabled, by the values of variables. Things are numbers.
-pub(super) struct ByValue {
+pub(crate) struct ByValue {
     /// For a variable, the things that need each of its values, again by the values of other variables.
-    pub(super) splits: Vec<Split>,
+    pub(crate) splits: Vec<Split>,
     /// The things that do not depend on these variables, or not in this way.
-    pub(super) others: Vec<u32>,
+    pub(crate) others: Vec<u32>,
 }
 
 /// Lists by the values of a variable.
-pub(super) struct Split {
-    pub(super) variable: usize,
+pub(crate) struct Split {
+    pub(crate) variable: usize,
     /// The values with a list, the lowest first.
     values: Vec<i64>,
     lists: Vec<ByValue>,
@@ -48,7 +48,7 @@ impl Split {
 
     /// Returns the list of a value.
     #[inline]
-    pub(super) fn get(&self, value: i64) -> Option<&ByValue> {
+    pub(crate) fn get(&self, value: i64) -> Option<&ByValue> {
         let position = match self.positions.is_empty() {
             true => self.values.binary_search(&value).ok()?,
             false => {
@@ -65,7 +65,7 @@ type Open<'w> = (u32, Vec<&'w Need>);
 
 impl Ways<'_> {
     /// Lists things by the variables that each way to enable them needs.
-    pub(super) fn list(&mut self, things: &[Vec<Way>]) -> ByValue {
+    pub(crate) fn list(&mut self, things: &[Vec<Way>]) -> ByValue {
         let mut ways = Vec::new();
         for (thing, own) in (0u32..).zip(things) {
             ways.extend(own.iter().map(|way| (thing, way.iter().collect())));
@@ -148,7 +148,7 @@ impl ByValue {
     /// Returns the things that can be enabled with these values of the variables, each once, in their order; `room` may
     /// contain them.
     #[inline]
-    pub(super) fn find<'l>(&'l self, values: &[i64], room: &'l mut Vec<u32>) -> &'l [u32] {
+    pub(crate) fn find<'l>(&'l self, values: &[i64], room: &'l mut Vec<u32>) -> &'l [u32] {
         if self.splits.is_empty() {
             return &self.others;
         }

@@ -14,7 +14,7 @@ use meliora_base::error::Result;
 ///
 /// Clones share their bits until one of them is modified.
 #[derive(Debug, Clone)]
-pub(super) struct BitSet(Arc<Charged>);
+pub struct BitSet(Arc<Charged>);
 
 #[derive(Debug)]
 struct Charged {
@@ -32,12 +32,12 @@ impl Clone for Charged {
 
 impl BitSet {
     /// Creates an empty set.
-    pub(super) fn empty(meter: &Meter, size: usize) -> Self {
+    pub fn empty(meter: &Meter, size: usize) -> Self {
         Self::filled(meter, size, false)
     }
 
     /// Creates the set of all numbers below `size`.
-    pub(super) fn full(meter: &Meter, size: usize) -> Self {
+    pub fn full(meter: &Meter, size: usize) -> Self {
         Self::filled(meter, size, true)
     }
 
@@ -49,40 +49,40 @@ impl BitSet {
     }
 
     /// Returns whether the set was charged to this meter: whether it belongs to the meter's engine.
-    pub(super) fn is_of(&self, meter: &Meter) -> bool {
+    pub fn is_of(&self, meter: &Meter) -> bool {
         self.0.meter.is(meter)
     }
 
     /// Returns the bits as words, the smallest number in the lowest bit.
     #[inline]
-    pub(super) fn words(&self) -> &[u64] {
+    pub fn words(&self) -> &[u64] {
         self.0.bits.as_raw_slice()
     }
 
     /// Returns the words for modification; a shared set is copied first.
     #[inline]
-    pub(super) fn words_mut(&mut self) -> &mut [u64] {
+    pub fn words_mut(&mut self) -> &mut [u64] {
         Arc::make_mut(&mut self.0).bits.as_raw_mut_slice()
     }
 
     /// Returns whether i ∈ X.
     #[inline]
-    pub(super) fn has(&self, i: usize) -> bool {
+    pub fn has(&self, i: usize) -> bool {
         test(self.words(), i)
     }
 
     /// Returns whether X = ∅.
-    pub(super) fn is_empty(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.words().iter().all(|&w| w == 0)
     }
 
     /// Returns whether X = Y.
-    pub(super) fn same(&self, other: &BitSet) -> bool {
+    pub fn same(&self, other: &BitSet) -> bool {
         Arc::ptr_eq(&self.0, &other.0) || self.words() == other.words()
     }
 
     /// Returns |X|.
-    pub(super) fn count(&self) -> u64 {
+    pub fn count(&self) -> u64 {
         self.words().iter().map(|w| u64::from(w.count_ones())).sum()
     }
 
@@ -90,7 +90,7 @@ impl BitSet {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn zip(&self, other: &BitSet, op: impl Fn(u64, u64) -> u64) -> Result<BitSet> {
+    pub fn zip(&self, other: &BitSet, op: impl Fn(u64, u64) -> u64) -> Result<BitSet> {
         let mut result = self.copy()?;
         for (x, &y) in result.words_mut().iter_mut().zip(other.words()) {
             *x = op(*x, y);
@@ -102,37 +102,39 @@ impl BitSet {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn copy(&self) -> Result<BitSet> {
+    pub fn copy(&self) -> Result<BitSet> {
         self.0.meter.charge(self.words().len() * 8)?;
         Ok(BitSet(Arc::new(Charged::clone(&self.0))))
     }
 
     /// Returns the numbers of the set in ascending order.
-    pub(super) fn iter(&self) -> impl Iterator<Item = usize> {
+    #[inline]
+    pub fn iter(&self) -> impl Iterator<Item = usize> {
         ones(self.words())
     }
 }
 
 /// Returns whether bit `i` is set.
 #[inline]
-pub(super) fn test(words: &[u64], i: usize) -> bool {
+pub fn test(words: &[u64], i: usize) -> bool {
     words[i >> 6] >> (i & 63) & 1 != 0
 }
 
 /// Sets bit `i`.
 #[inline]
-pub(super) fn set(words: &mut [u64], i: usize) {
+pub fn set(words: &mut [u64], i: usize) {
     words[i >> 6] |= 1 << (i & 63);
 }
 
 /// Clears bit `i`.
 #[inline]
-pub(super) fn clear(words: &mut [u64], i: usize) {
+pub fn clear(words: &mut [u64], i: usize) {
     words[i >> 6] &= !(1 << (i & 63));
 }
 
 /// Returns the positions of the bits that are set.
-pub(super) fn ones(words: &[u64]) -> impl Iterator<Item = usize> {
+#[inline]
+pub fn ones(words: &[u64]) -> impl Iterator<Item = usize> {
     words.iter().enumerate().flat_map(|(index, &word)| {
         std::iter::successors((word != 0).then_some(word), |&w| Some(w & (w - 1)).filter(|&w| w != 0))
             .map(move |w| index * 64 + w.trailing_zeros() as usize)

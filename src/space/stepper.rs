@@ -16,7 +16,7 @@ const MOST_SUCCESSORS: usize = 1 << 22;
 
 /// The reasons why the choices of a state cannot be listed.
 #[derive(Debug)]
-pub(super) enum Broken {
+pub enum Broken {
     /// A command has no meaning in the state; [`meliora_model::fault`] finds the command.
     Fault,
     /// The state has too many choices or successors.
@@ -25,7 +25,7 @@ pub(super) enum Broken {
 
 impl Broken {
     /// Returns the error for the state.
-    pub(super) fn error(self, program: &Program, state: &[i64]) -> Error {
+    pub fn error(self, program: &Program, state: &[i64]) -> Error {
         match self {
             Broken::Fault => fault::in_state(program, state),
             Broken::Limit(limit) => limit.into(),
@@ -48,8 +48,14 @@ struct Slice {
     end: u32,
 }
 
+impl Slice {
+    fn len(self) -> usize {
+        (self.end - self.start) as usize
+    }
+}
+
 /// Computes the choices of states with codes of `W` words.
-pub(super) struct Stepper<'a, const W: usize> {
+pub struct Stepper<'a, const W: usize> {
     prepared: &'a Prepared,
     machine: Machine,
     now: u64,
@@ -61,24 +67,24 @@ pub(super) struct Stepper<'a, const W: usize> {
     commands: Vec<Slice>,
     effects: Vec<[u64; W]>,
     /// True if the one choice of the current state draws from several.
-    pub(super) draws: bool,
+    pub draws: bool,
     /// True if the probabilities of an enabled command summed to 1 only after rounding.
-    pub(super) rounded: bool,
+    pub rounded: bool,
     /// The differences that the choices add to the code, one after the other.
-    pub(super) steps: Vec<[u64; W]>,
+    pub steps: Vec<[u64; W]>,
     /// The end of each choice in `steps`.
-    pub(super) ends: Vec<u32>,
+    pub ends: Vec<u32>,
     /// Room for lists that are not in use.
     spare: Vec<Vec<u32>>,
     /// The guards that were evaluated in the current state.
-    pub(super) guards: usize,
+    pub guards: usize,
     /// The synchronisations that have choices in the current state, in their order.
-    pub(super) active: Vec<usize>,
+    pub active: Vec<usize>,
 }
 
 impl<'a, const W: usize> Stepper<'a, W> {
     /// Creates a stepper for a program.
-    pub(super) fn new(prepared: &'a Prepared) -> Self {
+    pub fn new(prepared: &'a Prepared) -> Self {
         Stepper {
             prepared,
             machine: Machine::new(&prepared.code),
@@ -98,7 +104,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 
     /// Moves to a state and discards the results for the last one.
-    pub(super) fn enter(&mut self, layout: &Layout, code: &[u64]) {
+    pub fn enter(&mut self, layout: &Layout, code: &[u64]) {
         self.machine.next_state();
         self.now += 1;
         self.guards = 0;
@@ -108,13 +114,13 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 
     /// Returns whether the current state is an initial state.
-    pub(super) fn is_initial(&mut self) -> Result<bool, EvalError> {
+    pub fn is_initial(&mut self) -> Result<bool, EvalError> {
         self.machine.run(&self.prepared.code, self.prepared.initial.start)
     }
 
     /// Lists the choices of the current state in the order of [`meliora_model::Program::steps`]; a
     /// deadlock has none.
-    pub(super) fn expand(&mut self) -> Result<(), Broken> {
+    pub fn expand(&mut self) -> Result<(), Broken> {
         let prepared = self.prepared;
         let mut room = self.spare.pop().unwrap_or_default();
         let listed = prepared.by_value.find(&self.machine.regs, &mut room);
@@ -124,7 +130,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 
     /// Lists the same choices, given the synchronisations that may have some, in their order.
-    pub(super) fn expand_among(&mut self, mut among: impl Iterator<Item = usize>) -> Result<(), Broken> {
+    pub fn expand_among(&mut self, mut among: impl Iterator<Item = usize>) -> Result<(), Broken> {
         self.steps.clear();
         self.ends.clear();
         self.active.clear();
@@ -138,7 +144,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 
     /// Returns whether the current state is a deadlock in which monitors step.
-    pub(super) fn steps_alone(&self) -> bool {
+    pub fn steps_alone(&self) -> bool {
         let enabled = |factor: usize| {
             let found = self.factors[factor];
             found.stamp == self.now && found.end > found.start
@@ -147,7 +153,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 
     /// Returns the difference between the current state and the same state with fresh monitors.
-    pub(super) fn restart(&self) -> [u64; W] {
+    pub fn restart(&self) -> [u64; W] {
         let mut effect = [0; W];
         for &(variable, field) in &self.prepared.monitors {
             field.add(&mut effect, self.machine.regs[variable], 0);
@@ -156,17 +162,17 @@ impl<'a, const W: usize> Stepper<'a, W> {
     }
 
     /// Returns the number of choices of a synchronisation in the current state, which is expanded.
-    pub(super) fn combinations(&self, index: usize) -> usize {
+    pub fn combinations(&self, index: usize) -> usize {
         let enabled = |&factor: &usize| {
             let found = self.factors[factor];
             // A factor that was left out belongs to a synchronisation without choices.
-            if found.stamp == self.now { (found.end - found.start) as usize } else { 0 }
+            if found.stamp == self.now { found.len() } else { 0 }
         };
         self.prepared.synchronisations[index].iter().map(enabled).product()
     }
 
     /// Returns the commands of one of these choices, in the order of the factors.
-    pub(super) fn combination(&self, index: usize, number: usize) -> SmallVec<[u32; 4]> {
+    pub fn combination(&self, index: usize, number: usize) -> SmallVec<[u32; 4]> {
         let (mut rest, mut commands) = (number, SmallVec::new());
         for &factor in self.prepared.synchronisations[index].iter().rev() {
             let Slice { start, end, .. } = self.factors[factor];
@@ -178,15 +184,37 @@ impl<'a, const W: usize> Stepper<'a, W> {
         commands
     }
 
-    /// Returns the commands of each factor of a synchronisation that are enabled in the current
-    /// state.
-    pub(super) fn alternatives(&mut self, index: usize) -> Result<Vec<Vec<u32>>, Broken> {
-        let mut all = Vec::new();
-        for &factor in &self.prepared.synchronisations[index] {
-            let found = self.factor(factor)?;
-            all.push(self.enabled[found.start as usize..found.end as usize].to_vec());
+    /// Returns the position of the choice of some commands, one per factor of a synchronisation, among those of the
+    /// current state, from 0; `None` if they are not enabled.
+    ///
+    /// # Errors
+    /// A command has no meaning in the state.
+    pub fn position(
+        &mut self,
+        synchronisation: usize,
+        commands: &mut dyn ExactSizeIterator<Item = u32>,
+    ) -> Result<Option<usize>, Broken> {
+        let prepared = self.prepared;
+        let Some(factors) = prepared.synchronisations.get(synchronisation) else { return Ok(None) };
+        let mut before = 0;
+        for own in &prepared.synchronisations[..synchronisation] {
+            let mut product = 1;
+            for &factor in own {
+                product *= self.factor(factor)?.len();
+            }
+            before += product;
         }
-        Ok(all)
+        if factors.len() != commands.len() {
+            return Ok(None);
+        }
+        let mut rank = 0;
+        for (&factor, command) in factors.iter().zip(commands) {
+            let found = self.factor(factor)?;
+            let enabled = &self.enabled[found.start as usize..found.end as usize];
+            let Some(position) = enabled.iter().position(|&c| c == command) else { return Ok(None) };
+            rank = rank * enabled.len() + position;
+        }
+        Ok(Some(before + rank))
     }
 
     /// Adds the choices of a synchronisation.
@@ -216,7 +244,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             // command.
             if count > 0 || !self.prepared.factors[factor].is_sound {
                 let found = self.factor(factor)?;
-                count = count.saturating_mul((found.end - found.start) as usize);
+                count = count.saturating_mul(found.len());
             }
         }
         if count > MOST_SUCCESSORS {
@@ -360,7 +388,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
 
 /// Adds word by word, without a carry between words.
 #[inline]
-pub(super) fn sum<const W: usize>(a: &[u64; W], b: &[u64; W]) -> [u64; W] {
+pub fn sum<const W: usize>(a: &[u64; W], b: &[u64; W]) -> [u64; W] {
     let mut sum = *a;
     for (x, y) in sum.iter_mut().zip(b) {
         *x = x.wrapping_add(*y);

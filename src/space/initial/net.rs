@@ -7,7 +7,7 @@ use std::collections::hash_map::Entry;
 
 use ahash::{AHashMap, AHashSet};
 
-use crate::explicit::values::{self, Values};
+use crate::values::{self, Values};
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::{Poll, ProgressSink};

@@ -18,7 +18,7 @@ pub fn is_never_true(program: &Program, condition: &Predicate) -> bool {
 }
 
 /// The values of expressions in the states where some conditions are true.
-pub(super) struct Bounds<'p> {
+pub(crate) struct Bounds<'p> {
     pool: &'p ExprPool,
     /// The ranges of the variables.
     ranges: Vec<(i64, i64)>,
@@ -27,25 +27,25 @@ pub(super) struct Bounds<'p> {
 
 impl<'p> Bounds<'p> {
     /// Takes the declared ranges of the variables; the pool is that of the program, or rests on it.
-    pub(super) fn new(program: &Program, pool: &'p ExprPool) -> Self {
+    pub(crate) fn new(program: &Program, pool: &'p ExprPool) -> Self {
         let ranges = program.variables.iter().map(|v| (v.low, v.high)).collect();
         Bounds { pool, ranges, known: AHashMap::new() }
     }
 
     /// Takes the ranges that variables have where all of some conditions are true.
-    pub(super) fn under(program: &Program, pool: &'p ExprPool, conditions: &[ExprId]) -> Self {
+    pub(crate) fn under(program: &Program, pool: &'p ExprPool, conditions: &[ExprId]) -> Self {
         let mut bounds = Bounds::new(program, pool);
         conditions.iter().for_each(|&e| bounds.assume(e));
         bounds
     }
 
     /// Returns whether `e` is known to have a value in every state.
-    pub(super) fn is_total(&mut self, e: ExprId) -> bool {
+    pub(crate) fn is_total(&mut self, e: ExprId) -> bool {
         !self.of(e).fails
     }
 
     /// Returns the values that `e` may have.
-    pub(super) fn of(&mut self, e: ExprId) -> Values {
+    pub(crate) fn of(&mut self, e: ExprId) -> Values {
         if let Some(known) = self.known.get(&e) {
             return known.clone();
         }

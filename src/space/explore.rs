@@ -4,22 +4,23 @@ use std::sync::Arc;
 
 use num_bigint::BigUint;
 
-use super::games::PlayersFound;
 use super::graph::Graph;
 use super::index::{Index, NOBODY};
 use super::initial::Search;
 use super::layout::{Layout, width};
 use super::meter::{Array, Meter};
+use super::players::PlayersFound;
 use super::program::Prepared;
 use super::set::{self, BitSet};
 use super::stepper::{Broken, Stepper, sum};
-use crate::settings::{STEPS_PER_WORK, Scope, Settings};
+use crate::{Limits, STEPS_PER_WORK, Scope};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_model::players::Unlisted;
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};
 
 /// Calls a method of a task for codes with its number of words.
+#[macro_export]
 macro_rules! by_words {
     ($task:expr, $method:ident($($argument:expr),*)) => {
         match $task.words() {
@@ -34,11 +35,9 @@ macro_rules! by_words {
     };
 }
 
-pub(super) use by_words;
-
 /// Number of states explored or taken from a work list, or of operations of the search for initial states, between
 /// two checks of the progress sink.
-pub(super) const PATIENCE: usize = 1 << 12;
+pub const PATIENCE: usize = 1 << 12;
 /// Minimum number of bytes per state: its entries in the sparse rows.
 const LEAST_BYTES: u64 = 12;
 /// Guards that are looked at in about the time of a state or a successor.
@@ -46,7 +45,7 @@ const LOOKS: u64 = 16;
 
 /// The states of a scope, by number.
 #[derive(Debug)]
-pub(super) enum Space {
+pub enum Space {
     /// The states reached, numbered in this order.
     Indexed(Index),
     /// Every valuation, numbered in the order of the values; contains their number.
@@ -54,52 +53,62 @@ pub(super) enum Space {
 }
 
 /// The states of a scope with their choices and successors.
-pub(super) struct Explored {
-    pub(super) space: Space,
-    pub(super) graph: Graph,
-    pub(super) initial: BitSet,
-    pub(super) deadlocks: BitSet,
+pub struct Explored {
+    /// The states by number.
+    pub space: Space,
+    /// Their choices and successors.
+    pub graph: Graph,
+    /// The initial states.
+    pub initial: BitSet,
+    /// The states without a choice of the program; each has a loop.
+    pub deadlocks: BitSet,
     /// The number of states of a `dtmc` whose choice draws from several.
-    pub(super) drawing: u64,
+    pub drawing: u64,
     /// The first state in which probabilities sum to 1 only after rounding.
-    pub(super) rounded: Option<State>,
+    pub rounded: Option<State>,
     /// For a game, the player of each state; [`NOBODY`] for deadlocks.
-    pub(super) players: Option<Array<u32>>,
+    pub players: Option<Array<u32>>,
 }
 
 /// An exploration.
-pub(super) struct Exploration {
-    pub(super) task: Task,
+pub struct Exploration {
+    /// The input.
+    pub task: Task,
     found: Frontier,
 }
 
 /// The input of an exploration.
-pub(super) struct Task {
-    pub(super) program: Arc<Program>,
-    pub(super) settings: Settings,
-    pub(super) layout: Layout,
-    pub(super) prepared: Arc<Prepared>,
-    pub(super) meter: Meter,
+pub struct Task {
+    /// The program.
+    pub program: Arc<Program>,
+    /// The extent and the limits.
+    pub limits: Limits,
+    /// The layout of the codes.
+    pub layout: Layout,
+    /// The compiled program.
+    pub prepared: Arc<Prepared>,
+    /// The meter of all arrays.
+    pub meter: Meter,
 }
 
 /// Chooses the layout of the codes of the states.
 ///
 /// # Errors
 /// The valuations are too many for the memory limit, or the variables for a code.
-fn layout(program: &Program, settings: &Settings) -> Result<Layout> {
+fn layout(program: &Program, limits: &Limits) -> Result<Layout> {
     let begin = program.monitors.as_ref().map(|o| o.begin);
-    if settings.scope == Scope::Reachable || begin == Some(Begin::Initially) {
+    if limits.scope == Scope::Reachable || begin == Some(Begin::Initially) {
         return Layout::packed(program);
     }
     let layout = Layout::radix(program);
-    match layout.filter(|l| l.valuations().is_some_and(|n| n <= settings.memory / LEAST_BYTES)) {
+    match layout.filter(|l| l.valuations().is_some_and(|n| n <= limits.memory / LEAST_BYTES)) {
         Some(layout) => Ok(layout),
         None => {
             let sizes = program.variables.iter().map(|v| BigUint::from(width(v)) + 1u32);
             let states: BigUint = sizes.product();
             let what = format!(
                 "the scope `all` has {states} states, too many for the {} bytes of the explicit engine",
-                settings.memory
+                limits.memory
             );
             Err(Limit::Memory { what }.into())
         }
@@ -111,11 +120,11 @@ impl Exploration {
     ///
     /// # Errors
     /// The states do not fit the memory or a code, or the work is cancelled.
-    pub(crate) fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
-        let layout = layout(&program, &settings)?;
-        let prepared = Arc::new(Prepared::new(&program, &layout, &*settings.sink)?);
-        let meter = Meter::new(settings.memory);
-        let task = Task { program, settings, layout, prepared, meter };
+    pub fn new(program: Arc<Program>, limits: Limits) -> Result<Self> {
+        let layout = layout(&program, &limits)?;
+        let prepared = Arc::new(Prepared::new(&program, &layout, &*limits.sink)?);
+        let meter = Meter::new(limits.memory);
+        let task = Task { program, limits, layout, prepared, meter };
         let found = task.start()?;
         Ok(Exploration { task, found })
     }
@@ -124,13 +133,13 @@ impl Exploration {
     ///
     /// # Errors
     /// A limit of the engine is reached, or a command has no meaning in some state.
-    pub(super) fn begin(&mut self) -> Result<()> {
+    pub fn begin(&mut self) -> Result<()> {
         let Exploration { task, found } = self;
         by_words!(task, begin(found))
     }
 
     /// Returns the codes of the initial states, once they are found.
-    pub(super) fn beginnings(&self) -> impl Iterator<Item = &[u64]> {
+    pub fn beginnings(&self) -> impl Iterator<Item = &[u64]> {
         let index = match &self.found.space {
             Space::Indexed(index) => Some(index),
             Space::Every(_) => None,
@@ -140,7 +149,7 @@ impl Exploration {
 
     /// Explores all states, and returns the work.
     #[cfg(test)]
-    pub(super) fn all_work(mut self) -> Result<u64> {
+    pub fn all_work(mut self) -> Result<u64> {
         self.begin()?;
         let Exploration { task, mut found } = self;
         by_words!(task, explore(&mut found))?;
@@ -151,7 +160,7 @@ impl Exploration {
     ///
     /// # Errors
     /// The errors of [`Exploration::begin`].
-    pub(super) fn finish(mut self) -> Result<(Task, Explored)> {
+    pub fn finish(mut self) -> Result<(Task, Explored)> {
         self.begin()?;
         let Exploration { task, mut found } = self;
         by_words!(task, explore(&mut found))?;
@@ -170,7 +179,7 @@ impl Task {
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
-        while found.next < found.space.len() {
+        while found.next < found.space.states() {
             // A state with many successors takes as long as many states.
             if found.next.is_multiple_of(interval) || stepper.steps.len() >= PATIENCE {
                 self.report(found)?;
@@ -194,7 +203,7 @@ impl Task {
         Ok(Frontier {
             restarts: begin == Some(Begin::Everywhere) && search.is_some(),
             search,
-            started: space.len(),
+            started: space.states(),
             next: 0,
             work: 0,
             reported: 0,
@@ -227,7 +236,7 @@ impl Task {
         code: &[u64; W],
     ) -> Result<()> {
         stepper.enter(&self.layout, code);
-        let tests = self.settings.scope == Scope::All && found.next < found.started;
+        let tests = self.limits.scope == Scope::All && found.next < found.started;
         if tests || self.prepared.initial_is_partial {
             let holds = stepper.is_initial().map_err(|_| self.fault(code))?;
             if holds && tests {
@@ -252,13 +261,13 @@ impl Task {
         } = found;
         if let Space::Indexed(index) = &mut space {
             index.shrink();
-            if self.settings.scope == Scope::Reachable {
+            if self.limits.scope == Scope::Reachable {
                 initial.extend(0..started);
             }
         }
         graph.shrink();
         let bits = |states: Vec<usize>| {
-            let mut bits = BitSet::empty(&self.meter, space.len());
+            let mut bits = BitSet::empty(&self.meter, space.states());
             states.into_iter().for_each(|s| set::set(bits.words_mut(), s));
             bits
         };
@@ -269,11 +278,11 @@ impl Task {
 
     /// Creates the search for the initial states. Its work is not done yet.
     fn search(&self) -> Result<Box<Beginning>> {
-        let condition = match (self.settings.scope, &self.program.monitors) {
+        let condition = match (self.limits.scope, &self.program.monitors) {
             (Scope::All, Some(monitors)) => monitors.fresh,
             _ => self.program.initial,
         };
-        let search = Search::new(&self.program, condition, &*self.settings.sink)?;
+        let search = Search::new(&self.program, condition, &*self.limits.sink)?;
         Ok(Box::new(Beginning { search, codes: Array::new(&self.meter) }))
     }
 
@@ -281,7 +290,7 @@ impl Task {
     fn begin<const W: usize>(&self, found: &mut Frontier) -> Result<()> {
         let Some(mut beginning) = found.search.take() else { return Ok(()) };
         let Beginning { search, codes } = &mut *beginning;
-        search.run(u64::MAX, &*self.settings.sink, &mut |state| {
+        search.run(u64::MAX, &*self.limits.sink, &mut |state| {
             let code = self.layout.encode(state);
             code.map_or(Ok(()), |code| codes.extend(&fixed::<W>(&code)))
         })?;
@@ -301,27 +310,30 @@ impl Task {
     fn report(&self, found: &mut Frontier) -> Result<()> {
         let explored = found.next;
         // In the scope `all` every valuation is a state, so the explored states are reported.
-        let reached = if matches!(found.space, Space::Every(_)) { explored } else { found.space.len() };
+        let reached = if matches!(found.space, Space::Every(_)) { explored } else { found.space.states() };
         self.meter.reached(reached);
         let detail = || format!("{explored} states explored, {reached} reached");
-        self.settings.sink.progress("reachable states", &detail);
+        self.limits.sink.progress("reachable states", &detail);
         let work = found.work - std::mem::replace(&mut found.reported, found.work);
-        self.settings.sink.advance(work * STEPS_PER_WORK);
-        match self.settings.sink.stop() {
+        self.limits.sink.advance(work * STEPS_PER_WORK);
+        match self.limits.sink.stop() {
             Some(limit) => Err(limit.into()),
             None => Ok(()),
         }
     }
 
-    pub(super) fn broken(&self, broken: Broken, code: &[u64]) -> Error {
+    /// Returns the error of a state whose choices cannot be listed.
+    pub fn broken(&self, broken: Broken, code: &[u64]) -> Error {
         broken.error(&self.program, &self.values(code))
     }
 
-    pub(super) fn fault(&self, code: &[u64]) -> Error {
+    /// Returns the error of a state in which a command has no meaning.
+    pub fn fault(&self, code: &[u64]) -> Error {
         fault::in_state(&self.program, &self.values(code))
     }
 
-    pub(super) fn values(&self, code: &[u64]) -> State {
+    /// Returns the values of a code.
+    pub fn values(&self, code: &[u64]) -> State {
         let mut values = vec![0; self.program.variables.len()];
         self.layout.decode(code, &mut values);
         values
@@ -364,7 +376,7 @@ impl Frontier {
         for code in codes {
             self.space.number(&code)?;
         }
-        self.started = self.space.len();
+        self.started = self.space.states();
         Ok(())
     }
 
@@ -400,9 +412,9 @@ impl Frontier {
 impl Space {
     /// Returns the number of states.
     #[inline]
-    pub(super) fn len(&self) -> usize {
+    pub fn states(&self) -> usize {
         match self {
-            Space::Indexed(index) => index.len(),
+            Space::Indexed(index) => index.states(),
             Space::Every(n) => *n,
         }
     }
@@ -426,7 +438,7 @@ impl Space {
     }
 
     /// Returns the number of the state with this code, if it is in the scope.
-    pub(super) fn find(&self, code: &[u64]) -> Option<usize> {
+    pub fn find(&self, code: &[u64]) -> Option<usize> {
         match self {
             Space::Indexed(index) => index.find(code).map(|id| id as usize),
             Space::Every(_) => code.first().map(|&c| c as usize),
@@ -436,7 +448,7 @@ impl Space {
 
 /// Copies words to a code of fixed length; missing words are 0.
 #[inline]
-pub(super) fn fixed<const W: usize>(words: &[u64]) -> [u64; W] {
+pub fn fixed<const W: usize>(words: &[u64]) -> [u64; W] {
     let mut code = [0; W];
     for (to, from) in code.iter_mut().zip(words) {
         *to = *from;

@@ -9,7 +9,7 @@ use super::meter::{Array, Charge, Meter};
 use meliora_base::error::{Limit, Result};
 
 /// A number that no state has.
-pub(super) const NOBODY: u32 = u32::MAX;
+pub const NOBODY: u32 = u32::MAX;
 /// Maximum number of states: a number is 32 bits, and [`NOBODY`] is none.
 const MOST_STATES: usize = 3 << 30;
 /// Bytes of the table for each slot: a number and a control byte.
@@ -17,7 +17,7 @@ const SLOT: usize = 5;
 
 /// Codes in the order in which they were reached, with a hash table of their numbers.
 #[derive(Debug)]
-pub(super) struct Index {
+pub struct Index {
     /// All codes, one after the other.
     codes: Array<u64>,
     words: usize,
@@ -29,7 +29,7 @@ pub(super) struct Index {
 
 impl Index {
     /// Creates an empty index for codes of `words` words.
-    pub(super) fn new(words: usize, meter: &Meter) -> Self {
+    pub fn new(words: usize, meter: &Meter) -> Self {
         Index {
             codes: Array::new(meter),
             words,
@@ -42,13 +42,13 @@ impl Index {
 
     /// Returns the number of states.
     #[inline]
-    pub(super) fn len(&self) -> usize {
+    pub fn states(&self) -> usize {
         self.codes.len() / self.words
     }
 
     /// Returns the code of a state.
     #[inline]
-    pub(super) fn code(&self, id: usize) -> &[u64] {
+    pub fn code(&self, id: usize) -> &[u64] {
         &self.codes[id * self.words..(id + 1) * self.words]
     }
 
@@ -57,7 +57,7 @@ impl Index {
     /// # Errors
     /// The memory limit or the maximum number of states is reached.
     #[inline]
-    pub(super) fn intern<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
+    pub fn intern<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
         let hash = hash(&self.hasher, code.iter().copied());
         let same = |&id: &u32| self.codes[id as usize * W..][..W] == code[..];
         match self.numbers.find(hash, same) {
@@ -67,18 +67,18 @@ impl Index {
     }
 
     /// Returns the number of a code, if the code is known.
-    pub(super) fn find(&self, code: &[u64]) -> Option<u32> {
+    pub fn find(&self, code: &[u64]) -> Option<u32> {
         let same = |&id: &u32| self.code(id as usize) == code;
         self.numbers.find(hash(&self.hasher, code.iter().copied()), same).copied()
     }
 
     /// Frees unused capacity.
-    pub(super) fn shrink(&mut self) {
+    pub fn shrink(&mut self) {
         self.codes.shrink();
     }
 
     fn insert(&mut self, code: &[u64], hash: u64) -> Result<u32> {
-        let id = self.len();
+        let id = self.states();
         if id >= MOST_STATES {
             return Err(Limit::States(id as u64).into());
         }
@@ -96,7 +96,7 @@ impl Index {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn reserve(&mut self, states: usize) -> Result<()> {
+    pub fn reserve(&mut self, states: usize) -> Result<()> {
         let more = states.saturating_sub(self.numbers.len());
         if more <= self.numbers.capacity() - self.numbers.len() {
             return Ok(());
@@ -111,13 +111,13 @@ impl Index {
 }
 
 /// Returns a hash function. Its seeds are fixed: results do not depend on them, and run times should not either.
-pub(super) fn hasher() -> RandomState {
+pub fn hasher() -> RandomState {
     RandomState::with_seeds(0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344)
 }
 
 /// Returns the hash of some words.
 #[inline]
-pub(super) fn hash(hasher: &RandomState, words: impl Iterator<Item = u64>) -> u64 {
+pub fn hash(hasher: &RandomState, words: impl Iterator<Item = u64>) -> u64 {
     let mut hasher = hasher.build_hasher();
     for word in words {
         hasher.write_u64(word);

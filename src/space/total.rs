@@ -2,16 +2,16 @@
 //!
 //! A guided search leaves states out. So it is for programs whose states need not be checked one by one.
 
-use super::super::bounds::Bounds;
-use super::super::needs::operands;
-use super::super::program::{Chances, Prepared};
-use super::super::values::Values;
+use super::bounds::Bounds;
+use super::needs::operands;
+use super::program::{Chances, Prepared};
+use super::values::Values;
 use meliora_base::value::Binary;
 use meliora_model::predicate::Predicate;
 use meliora_model::{Command, Program};
 
 /// Returns whether guards, updates and the target have a value in every state, and probabilities are constant.
-pub(super) fn is_total(program: &Program, prepared: &Prepared, target: &Predicate) -> bool {
+pub fn is_total(program: &Program, prepared: &Prepared, target: &Predicate) -> bool {
     let mut bounds = Bounds::new(program, target.pool());
     let target_is_total = bounds.is_total(target.id());
     let mut has_meaning =

@@ -19,7 +19,7 @@ use meliora_model::{Program, State};
 use net::{Net, Op};
 
 /// A search for the states in which a condition is true, which can be interrupted and continued.
-pub(super) struct Search {
+pub struct Search {
     /// The part of the condition that the box leaves open.
     net: Arc<Net>,
     /// The first and the last value of each variable.
@@ -89,7 +89,7 @@ impl Search {
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(super) fn new(program: &Program, condition: ExprId, sink: &dyn ProgressSink) -> Result<Self> {
+    pub fn new(program: &Program, condition: ExprId, sink: &dyn ProgressSink) -> Result<Self> {
         Ok(Search {
             net: Arc::new(Net::new(program, condition, sink)?),
             ranges: program.variables.iter().map(|v| (v.low, v.high)).collect(),
@@ -110,7 +110,7 @@ impl Search {
     ///
     /// # Errors
     /// The work is cancelled, or `found` fails.
-    pub(super) fn run(
+    pub fn run(
         &mut self,
         most: u64,
         sink: &dyn ProgressSink,

@@ -11,10 +11,10 @@ use meliora_model::expr::{Binary, ExprId};
 use meliora_model::{CommandId, Program};
 
 /// The guards of a participant's commands as conjunctions.
-pub(super) struct Guards {
+pub(crate) struct Guards {
     commands: Vec<(CommandId, Vec<ExprId>)>,
     /// The ways in which the guard of each command can be true.
-    pub(super) ways: Vec<Vec<Way>>,
+    pub(crate) ways: Vec<Vec<Way>>,
 }
 
 impl Guards {
@@ -22,7 +22,7 @@ impl Guards {
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(super) fn new(
+    pub(crate) fn new(
         program: &Program,
         commands: &[CommandId],
         (bounds, ways): (&mut Bounds<'_>, &mut Ways<'_>),
@@ -42,7 +42,7 @@ impl Guards {
     }
 
     /// Returns all conjuncts of the guards.
-    pub(super) fn roots(&self) -> impl Iterator<Item = ExprId> {
+    pub(crate) fn roots(&self) -> impl Iterator<Item = ExprId> {
         self.commands.iter().flat_map(|(_, guard)| guard).copied()
     }
 
@@ -50,7 +50,7 @@ impl Guards {
     ///
     /// # Errors
     /// The work is cancelled.
-    pub(super) fn compile(
+    pub(crate) fn compile(
         &self,
         compiler: &mut Compiler<'_>,
         ways: &mut Ways<'_>,
@@ -67,15 +67,15 @@ impl Guards {
 }
 
 /// The commands of a participant.
-pub(super) struct Candidates {
-    pub(super) all: Vec<Candidate>,
+pub(crate) struct Candidates {
+    pub(crate) all: Vec<Candidate>,
     /// Their positions by the values of variables.
-    pub(super) by_value: ByValue,
+    pub(crate) by_value: ByValue,
 }
 
 /// A command of a participant.
-pub(super) struct Candidate {
-    pub(super) command: u32,
+pub(crate) struct Candidate {
+    pub(crate) command: u32,
     /// Its guard, unless that is always true.
-    pub(super) guard: Option<Entry>,
+    pub(crate) guard: Option<Entry>,
 }

@@ -11,14 +11,14 @@ use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
 use meliora_model::{Program, VarId};
 
 /// The values of a variable outside of which something cannot be enabled: intervals, the lowest first.
-pub(super) type Need = (u32, SmallVec<[[i64; 2]; 1]>);
+pub(crate) type Need = (u32, SmallVec<[[i64; 2]; 1]>);
 
 /// A way in which a condition can be true, by its needs.
-pub(super) type Way = Vec<Need>;
+pub(crate) type Way = Vec<Need>;
 
 /// Reads the ways in which conditions can be true, and lists things by these.
-pub(super) struct Ways<'p> {
-    pub(super) program: &'p Program,
+pub(crate) struct Ways<'p> {
+    pub(crate) program: &'p Program,
     pool: &'p ExprPool,
     /// The disjunctions that were read, nested ones too.
     known: AHashSet<ExprId>,
@@ -26,19 +26,19 @@ pub(super) struct Ways<'p> {
     /// use others again and again may stand for much more.
     again: usize,
     /// The number of copies of ways that a list may still have, for several values of a variable.
-    pub(super) copies: usize,
+    pub(crate) copies: usize,
 }
 
 impl<'p> Ways<'p> {
     /// Begins with a pool over the variables of a program.
-    pub(super) fn new(program: &'p Program, pool: &'p ExprPool) -> Self {
+    pub(crate) fn new(program: &'p Program, pool: &'p ExprPool) -> Self {
         let again = program.source.text.len().max(pool.len());
         Ways { program, pool, known: AHashSet::new(), again, copies: 0 }
     }
 
     /// Returns the ways in which all of some conditions can be true: one for each disjunct of the longest disjunction
     /// among them. The conditions have a value in every state.
-    pub(super) fn of(&mut self, conjuncts: &[ExprId]) -> Vec<Way> {
+    pub(crate) fn of(&mut self, conjuncts: &[ExprId]) -> Vec<Way> {
         let mut all = Way::new();
         for (variable, values) in conjuncts.iter().filter_map(|&e| interval(self.pool, e, true)) {
             narrow(&mut all, &(variable.0, smallvec![values]));
@@ -83,7 +83,7 @@ fn narrow(way: &mut Way, need: &Need) {
 
 /// Returns the operands of a conjunction or disjunction, nested ones too, each once, in their order; for another
 /// condition this one alone.
-pub(super) fn operands(pool: &ExprPool, op: Binary, e: ExprId) -> Vec<ExprId> {
+pub fn operands(pool: &ExprPool, op: Binary, e: ExprId) -> Vec<ExprId> {
     nest(pool, op, e).0
 }
 
@@ -106,7 +106,7 @@ fn nest(pool: &ExprPool, op: Binary, e: ExprId) -> (Vec<ExprId>, Vec<ExprId>) {
 
 /// Returns the lowest and the highest value that a variable can have where a condition is true, or false, if the condition
 /// compares it with a number or is a truth value.
-pub(super) fn interval(pool: &ExprPool, e: ExprId, holds: bool) -> Option<(VarId, [i64; 2])> {
+pub fn interval(pool: &ExprPool, e: ExprId, holds: bool) -> Option<(VarId, [i64; 2])> {
     let (least, most) = (i64::MIN, i64::MAX);
     let (op, a, b) = match pool.node(e) {
         Node::Var(v) if pool.ty(e) == Type::Bool => return Some((v, [holds.into(); 2])),
@@ -136,7 +136,7 @@ pub(super) fn interval(pool: &ExprPool, e: ExprId, holds: bool) -> Option<(VarId
 }
 
 /// Returns what all ways together need: the values of each variable that each of them needs.
-pub(super) fn of_all<'a>(ways: impl Iterator<Item = &'a Way>) -> Way {
+pub(crate) fn of_all<'a>(ways: impl Iterator<Item = &'a Way>) -> Way {
     let mut count = 0;
     let mut all: BTreeMap<u32, (usize, SmallVec<_>)> = BTreeMap::new();
     for way in ways {

@@ -8,7 +8,7 @@ use meliora_base::error::{Limit, Result};
 
 /// The choices of each state and the successors of each choice.
 #[derive(Debug)]
-pub(super) struct Graph {
+pub struct Graph {
     /// Start of the choices of each state, with one more entry for the end.
     choices: Array<u32>,
     /// Start of the successors of each choice, with one more entry for the end.
@@ -21,7 +21,7 @@ pub(super) struct Graph {
 
 /// The reversed graph.
 #[derive(Debug)]
-pub(super) struct Predecessors {
+pub struct Predecessors {
     /// Start of the predecessors of each state, with one more entry for the end.
     rows: Array<u32>,
     /// The choices that may lead to each state.
@@ -50,7 +50,7 @@ impl Owners {
 
 impl Graph {
     /// Creates a graph without states.
-    pub(super) fn new(meter: &Meter) -> Result<Self> {
+    pub fn new(meter: &Meter) -> Result<Self> {
         let mut graph = Graph {
             choices: Array::new(meter),
             rows: Array::new(meter),
@@ -65,12 +65,12 @@ impl Graph {
 
     /// Adds a successor to the current choice.
     #[inline]
-    pub(super) fn add(&mut self, state: u32) -> Result<()> {
+    pub fn add(&mut self, state: u32) -> Result<()> {
         self.successors.push(state)
     }
 
     /// Ends the current choice; repeated successors count once.
-    pub(super) fn end_choice(&mut self) -> Result<()> {
+    pub fn end_choice(&mut self) -> Result<()> {
         let start = self.rows.last().copied().unwrap_or(0) as usize;
         let own = &mut self.successors[start..];
         if own.len() > 1 {
@@ -86,47 +86,47 @@ impl Graph {
 
     /// Ends the current state.
     #[inline]
-    pub(super) fn end_state(&mut self) -> Result<()> {
+    pub fn end_state(&mut self) -> Result<()> {
         self.choices.push(self.rows.len() as u32 - 1)
     }
 
     /// Frees unused capacity.
-    pub(super) fn shrink(&mut self) {
+    pub fn shrink(&mut self) {
         self.choices.shrink();
         self.rows.shrink();
         self.successors.shrink();
     }
 
     /// Returns the number of states.
-    pub(super) fn states(&self) -> usize {
+    pub fn states(&self) -> usize {
         self.choices.len() - 1
     }
 
     /// Returns the number of choices.
-    pub(super) fn choices(&self) -> usize {
+    pub fn choices(&self) -> usize {
         self.rows.len() - 1
     }
 
     /// Returns the choices of a state.
     #[inline]
-    pub(super) fn choices_of(&self, state: usize) -> Range<usize> {
+    pub fn choices_of(&self, state: usize) -> Range<usize> {
         self.choices[state] as usize..self.choices[state + 1] as usize
     }
 
     /// Returns the successors of a choice.
     #[inline]
-    pub(super) fn successors_of(&self, choice: usize) -> &[u32] {
+    pub fn successors_of(&self, choice: usize) -> &[u32] {
         &self.successors[self.rows[choice] as usize..self.rows[choice + 1] as usize]
     }
 
     /// Returns the number of successors of some choices that follow each other.
     #[inline]
-    pub(super) fn transitions_of(&self, choices: Range<usize>) -> usize {
+    pub fn transitions_of(&self, choices: Range<usize>) -> usize {
         (self.rows[choices.end] - self.rows[choices.start]) as usize
     }
 
     /// Returns the reversed graph if it is built already.
-    pub(super) fn known_predecessors(&self) -> Option<&Predecessors> {
+    pub fn known_predecessors(&self) -> Option<&Predecessors> {
         self.predecessors.get()
     }
 
@@ -134,7 +134,7 @@ impl Graph {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn predecessors(&self) -> Result<&Predecessors> {
+    pub fn predecessors(&self) -> Result<&Predecessors> {
         if let Some(known) = self.predecessors.get() {
             return Ok(known);
         }
@@ -187,13 +187,13 @@ impl Graph {
 impl Predecessors {
     /// Returns the choices that may lead to a state, in order.
     #[inline]
-    pub(super) fn of(&self, state: usize) -> &[u32] {
+    pub fn of(&self, state: usize) -> &[u32] {
         &self.choices[self.rows[state] as usize..self.rows[state + 1] as usize]
     }
 
     /// Returns the state of a choice.
     #[inline]
-    pub(super) fn owner(&self, choice: u32) -> u32 {
+    pub fn owner(&self, choice: u32) -> u32 {
         match &self.owners {
             Some(Owners { first, later }) => {
                 let (block, place) = Owners::place(choice as usize);
