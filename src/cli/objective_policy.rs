@@ -43,13 +43,13 @@ pub(super) fn policy_of(args: OfObjective, policy: PathBuf, shown: &ShownArgs) -
     let is_target = args.objective.is_some() || !preferences.as_os_str().is_empty();
     report.one = Some(OneQuestion { is_target, ..Default::default() });
     let inputs = args.preferences.inputs(&args.model);
-    let plan = PlanArgs { strong: false, policy: Some(policy) };
+    let plan = PlanArgs { strong: false, policy: Some(policy), opponent_policy: None };
     let out = plan.checked(true, &inputs)?;
     let (limits, shown) = (args.model.limits(), shown.of(&args.model));
     supervise(report, limits, &shown, move |job| {
         let asked = job.timed("parse", || args.asked(job), |r, s| r.time.add("parse", s))?;
         let (model, engine) = (&args.model, args.engine);
-        let plan = Some((&plan, out.as_ref()));
+        let plan = Some((&plan, &out));
         let given = Given { model, engine, out: None, precision: PRECISION, is_one: true, plan };
         questions::work(job, &given, &asked)
     })

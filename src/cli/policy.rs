@@ -15,30 +15,36 @@ pub(super) struct PlanArgs {
     #[arg(long)]
     pub(super) strong: bool,
 
-    /// Write a policy that reaches the target from the initial states almost surely: for each state that it
-    /// visits the facts and the action, as planners do, or as JSON if FILE ends with .json; `-` is standard
-    /// output. Of a property `multi(…)`: the strategies of which one is drawn at the start, as JSON
+    /// Write the strategy that attains the answer to one property, as JSON: the states that it visits, with its
+    /// memory, and the actions; `-` is standard output. For a target, and for `Pmax>=1 [ F … ]`: a policy that
+    /// reaches it almost surely, for each state the facts and the action, as planners do, or JSON if FILE ends
+    /// with .json
     #[arg(long, value_name = "FILE")]
     pub(super) policy: Option<PathBuf>,
+
+    /// Write the strategy of the opponent, of one property of a game, in the same form
+    #[arg(long, value_name = "FILE")]
+    pub(super) opponent_policy: Option<PathBuf>,
 }
 
 impl PlanArgs {
     /// Returns whether plans are asked for.
     pub(super) fn is_given(&self) -> bool {
-        self.strong || self.policy.is_some()
+        self.strong || self.policy.is_some() || self.opponent_policy.is_some()
     }
 
     /// Checks that the question has plans: one target, without requirements and players.
     ///
     /// # Errors
     /// [`Error::Usage`]; the file of the policy cannot be written.
-    pub(super) fn checked(&self, is_one: bool, inputs: &[&Path]) -> Result<Option<Target>, Error> {
+    pub(super) fn checked(&self, is_one: bool, inputs: &[&Path]) -> Result<[Option<Target>; 2], Error> {
         if self.is_given() && !is_one {
-            let message = "`--strong` and `--policy` need one `--target`, or one property `Pmax>=1 [ F … ]`, \
-                           without `--require`, `--out` and sweeps";
+            let message = "`--strong` and `--policy` need one `--target` or one property, without `--require`, \
+                           `--out`, `--stop-at-target` and sweeps";
             return Err(Error::Usage(message.to_owned()));
         }
-        Target::maybe(self.policy.as_deref(), inputs)
+        let own = Target::maybe(self.policy.as_deref(), inputs)?;
+        Ok([own, Target::maybe(self.opponent_policy.as_deref(), inputs)?])
     }
 
     /// Returns whether the policy is written as JSON.
@@ -48,6 +54,10 @@ impl PlanArgs {
 
     /// Returns the strategies that are asked for.
     pub(super) fn wanted(&self) -> WantedStrategies {
-        WantedStrategies { strong: self.strong, policy: self.policy.is_some() }
+        WantedStrategies {
+            strong: self.strong,
+            policy: self.policy.is_some(),
+            opponent: self.opponent_policy.is_some(),
+        }
     }
 }

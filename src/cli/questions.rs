@@ -2,8 +2,9 @@
 
 use meliora::commands::region_dump;
 use meliora_base::error::Error;
-use meliora_question::{Options, Questions, Strategies, pipeline, regions};
-use meliora_report::{ReachReport, mix, policy};
+use meliora_question::evaluate::PropertyPolicy;
+use meliora_question::{Options, PolicyKind, Questions, Strategies, pipeline, regions};
+use meliora_report::{ReachReport, mix, policy, property_policy};
 
 use super::engines;
 use super::files::Target;
@@ -21,7 +22,7 @@ pub(super) struct Given<'a> {
     /// True for one question, whose fields the report has.
     pub(super) is_one: bool,
     /// The plans that are asked for, and where the policy is written.
-    pub(super) plan: Option<(&'a PlanArgs, Option<&'a Target>)>,
+    pub(super) plan: Option<(&'a PlanArgs, &'a [Option<Target>; 2])>,
 }
 
 /// Answers all questions.
@@ -64,36 +65,52 @@ impl Given<'_> {
     /// # Errors
     /// [`Error::Usage`].
     fn check(&self, asked: &Questions) -> Result<(), Error> {
-        let Some((plan, target)) = self.plan else { return Ok(()) };
+        let Some((plan, targets)) = self.plan else { return Ok(()) };
         asked.check(plan.wanted())?;
-        if asked.is_multi() && !plan.is_json() && !target.is_some_and(Target::is_stdout) {
-            let message =
-                "the strategies of `multi` are written as JSON: give `--policy` a name that ends with .json";
-            return Err(Error::Usage(message.to_owned()));
+        let what = match asked.policy_kind() {
+            PolicyKind::Rules => return Ok(()),
+            PolicyKind::Mix => "the strategies of `multi` are",
+            PolicyKind::Optimal => "the strategy of a property is",
+        };
+        let is_json =
+            |target: &Target| target.is_stdout() || target.path().extension().is_some_and(|e| e == "json");
+        if !targets.iter().flatten().all(is_json) {
+            let message = format!("{what} written as JSON: give the file a name that ends with .json");
+            return Err(Error::Usage(message));
         }
         Ok(())
     }
 
     /// Writes the strategies that are asked for.
     fn write(&self, job: &Job<ReachReport>, asked: &Questions, found: &Strategies) -> Result<(), Error> {
-        let Some((plan, Some(out))) = self.plan else { return Ok(()) };
-        let text = match found {
-            Strategies { policy: Some(found), .. } if plan.is_json() => {
-                policy::json(found, &asked.program)? + "\n"
-            }
-            Strategies { policy: Some(found), .. } => policy::text(found, &asked.program)?,
-            Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
-                mix::json(&asked.text(), found, &asked.program)? + "\n"
-            }
-            _ => {
-                let missing = match asked.is_multi() {
-                    true => "no strategies are written: none satisfies the bounds",
-                    false => "no policy is written: no strong cyclic plan exists",
+        let Some((plan, [own, opponent])) = self.plan else { return Ok(()) };
+        let write = |out: &Option<Target>, text: Option<String>| match (out, text) {
+            (Some(out), Some(text)) => out.write(&text),
+            (Some(_), None) => {
+                let missing = match asked.policy_kind() {
+                    PolicyKind::Rules => "no policy is written: no strong cyclic plan exists",
+                    PolicyKind::Mix => "no strategies are written: none satisfies the bounds",
+                    PolicyKind::Optimal => "no strategy is written: none satisfies the property",
                 };
                 job.sink.warn(missing);
-                return Ok(());
+                Ok(())
             }
+            (None, _) => Ok(()),
         };
-        out.write(&text)
+        let program = &asked.program;
+        let optimal = |found: &PropertyPolicy| property_policy::json(&asked.text(), found, program);
+        let text = match found {
+            Strategies { policy: Some(found), .. } if plan.is_json() => {
+                Some(policy::json(found, program)? + "\n")
+            }
+            Strategies { policy: Some(found), .. } => Some(policy::text(found, program)?),
+            Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
+                Some(mix::json(&asked.text(), found, program)? + "\n")
+            }
+            Strategies { optimal: Some(found), .. } => Some(optimal(found)?),
+            _ => None,
+        };
+        write(own, text)?;
+        write(opponent, found.opponent.as_ref().map(optimal).transpose()?)
     }
 }

@@ -199,10 +199,10 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     let (limits, shown) = (args.model.limits(), args.shown.of(&args.model));
     let has_plan = args.is_one() && args.require.is_empty() && args.out.is_none() && !args.stop_at_target;
     let policy = args.plan.checked(has_plan, &Vec::from_iter(args.model.model.paths()))?;
-    supervise(report, limits, &shown, move |job| work(job, &args, policy.as_ref()))
+    supervise(report, limits, &shown, move |job| work(job, &args, &policy))
 }
 
-fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: Option<&Target>) -> Result<(), Error> {
+fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: &[Option<Target>; 2]) -> Result<(), Error> {
     let (asked, entries) = job.timed("parse", || args.read(&job.sink), |r, s| r.time.add("parse", s))?;
     if asked.plan.asks_for_numbers() {
         load::note_assumed(&asked.program, &job.sink);

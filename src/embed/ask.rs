@@ -85,6 +85,9 @@ impl AskResult {
             Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
                 meliora_report::mix::json(&self.text, found, &self.program).map(Some)
             }
+            Strategies { optimal: Some(found), .. } => {
+                meliora_report::property_policy::json(&self.text, found, &self.program).map(Some)
+            }
             _ => Ok(None),
         }
     }

@@ -24,17 +24,27 @@ pub struct Valuation(Map<String, Json>);
 impl Valuation {
     /// Names the values of a state.
     pub fn new(program: &Program, state: &[i64]) -> Self {
+        Valuation::of_variables(&program.variables, state)
+    }
+
+    /// Names the values of some variables.
+    pub fn of_variables(variables: &[Variable], values: &[i64]) -> Self {
         let value = |v: &Variable, x: i64| match (v.ty, v.value_name(x)) {
             (_, Some(name)) => Json::from(name),
             (Type::Bool, None) => Json::Bool(x != 0),
             _ => Json::from(x),
         };
-        let named = program.variables.iter().zip(state).map(|(v, &x)| (v.name.clone(), value(v, x)));
+        let named = variables.iter().zip(values).map(|(v, &x)| (v.name.clone(), value(v, x)));
         Valuation(named.collect())
     }
 
     /// Returns the state with these values; `None` if a variable has none or another one, or a name is unknown.
     pub fn state(&self, program: &Program) -> Option<State> {
+        self.values(&program.variables)
+    }
+
+    /// Returns the values of some variables, if it has these and no others; `None` if one is wrong.
+    pub fn values(&self, variables: &[Variable]) -> Option<State> {
         let value = |v: &Variable| {
             let found = match (self.0.get(&v.name)?, v.ty) {
                 (Json::Bool(holds), Type::Bool) => i64::from(*holds),
@@ -46,8 +56,8 @@ impl Valuation {
             };
             (v.low..=v.high).contains(&found).then_some(found)
         };
-        (self.0.len() == program.variables.len()).then_some(())?;
-        program.variables.iter().map(value).collect()
+        (self.0.len() == variables.len()).then_some(())?;
+        variables.iter().map(value).collect()
     }
 
     /// Returns the values as texts, in the order of the variables: names as they are, without quotes.

@@ -36,7 +36,7 @@ pub use asking::{Asking, only_query};
 pub use goal::{PathGoal, Required, Target};
 pub use listener::Listener;
 pub use number::Number;
-pub use questions::{Options, Questions, Strategies, WantedStrategies};
+pub use questions::{Options, PolicyKind, Questions, Strategies, WantedStrategies};
 pub use race::{Job, started};
 pub use start::check_start;
 pub use stopping::Stopping;

@@ -15,11 +15,13 @@ use crate::evaluate::Mix;
 use crate::goal::Target;
 use crate::listener::{Listener, Shares};
 use crate::number::Number;
-use crate::questions::{Options, Questions, Strategies};
+use crate::questions::{Options, PolicyKind, Questions, Strategies};
 use crate::race::{Early, Job, Raced, started};
 use crate::strategies;
+use crate::warnings::Warning;
+use meliora_base::decimal::readable;
 use meliora_base::error::{Error, Limit, Result};
-use meliora_engine::{AnyEngine, Engine, Guided, SymbolicEngine};
+use meliora_engine::{AnyEngine, Engine, ExplicitEngine, Guided, SymbolicEngine};
 use meliora_lang::property::{Over, PropertyKind};
 use meliora_model::Program;
 use meliora_planning::policy::Policy;
@@ -46,6 +48,7 @@ pub fn answer<J: Job + Listener>(job: &J, options: &Options, asked: &Questions) 
     work.watched()?;
     work.rest()?;
     work.note_plans();
+    work.optimal()?;
     job.ended_share().map_or(Ok(work.strategies), |limit| Err(limit.into()))
 }
 
@@ -225,7 +228,7 @@ impl<J: Job + Listener> Work<'_, J> {
             || (0..plan.properties.len()).any(|at| self.is_open(at));
         let alone = early.map(|at| &plan.requests[at].asking);
         let target = alone.filter(|asking| asking.coalition.is_none()).and_then(Asking::reached_surely);
-        let wants_policy = self.options.strategies.policy;
+        let wants_policy = self.wants(PolicyKind::Rules);
         let over_all = alone.filter(|_| !wants_policy || target.is_some()).map(|asking| {
             move |engine: &SymbolicEngine| {
                 let judged = answering::judge(engine, asking, &self.asked.program, program)?;
@@ -267,8 +270,48 @@ impl<J: Job + Listener> Work<'_, J> {
         };
         let open =
             Vec::from_iter((0..self.asked.plan.properties.len()).filter(|at| rest && self.is_open(*at)));
-        let mix = answering.rest(engine, &build, &open, self.options.strategies.policy)?;
+        let mix = answering.rest(engine, &build, &open, self.wants(PolicyKind::Mix))?;
         Ok((answering.known(), mix))
+    }
+
+    /// Returns whether a policy of some kind is asked for.
+    fn wants(&self, kind: PolicyKind) -> bool {
+        self.options.strategies.policy && self.asked.policy_kind() == kind
+    }
+
+    /// Computes the strategies of one operator that are asked for.
+    fn optimal(&mut self) -> Result<()> {
+        let wanted = self.options.strategies;
+        if self.asked.policy_kind() != PolicyKind::Optimal || !(wanted.policy || wanted.opponent) {
+            return Ok(());
+        }
+        let (program, settings) = (&self.asked.program, &self.options.settings);
+        let engine = match self.engine.take() {
+            Some(engine) if engine.explicit().is_some() => engine,
+            _ => {
+                let build = || started(ExplicitEngine::new(Arc::clone(program), settings.clone())?, program);
+                let built = self.listener().timed(("build", "build"), build)?;
+                Arc::new(AnyEngine::Explicit(built))
+            }
+        };
+        let Some(engine) = engine.explicit() else { return Ok(()) };
+        let build = |program: &Arc<Program>| {
+            ExplicitEngine::new(Arc::clone(program), engine.settings().clone()).map(Arc::new)
+        };
+        let find = || strategies::optimal(self.asked, engine, &build, self.options);
+        let [own, opponent] = self.listener().timed(("policy", "policy"), find)?;
+        for found in
+            [&own, &opponent].into_iter().flatten().filter(|own| !own.is_attained(self.options.precision))
+        {
+            let message = format!(
+                "the strategy attains {}, and the optimum is {}: no strategy was found that is closer",
+                readable(f64::midpoint(found.value.lower, found.value.upper)),
+                readable(f64::midpoint(found.optimum.lower, found.optimum.upper)),
+            );
+            self.listener().warn(Warning::Text(message));
+        }
+        (self.strategies.optimal, self.strategies.opponent) = (own, opponent);
+        Ok(())
     }
 
     /// Takes the answer to a request.
@@ -294,7 +337,7 @@ impl<J: Job + Listener> Work<'_, J> {
                 if let Some(asking) = asking {
                     self.note(request, answering::guided(&search, asking));
                     if let (true, Target::States(target)) =
-                        (self.options.strategies.policy, &asking.goal.target)
+                        (self.wants(PolicyKind::Rules), &asking.goal.target)
                     {
                         let program = asking.goal.program(&self.asked.program);
                         let sink = self.job.sink();
@@ -316,7 +359,7 @@ impl<J: Job + Listener> Work<'_, J> {
             let (exists, states) = self.listener().timed(("strong", "strong"), find)?;
             self.plan(|plan| (plan.strong, plan.strong_states) = (Some(exists), Some(states)));
         }
-        if self.options.strategies.policy {
+        if self.wants(PolicyKind::Rules) {
             let program = asking.goal.program(&self.asked.program);
             let find = || strategies::policy(engine, program, target);
             let policy = self.listener().timed(("policy", "policy"), find)?;
@@ -327,7 +370,7 @@ impl<J: Job + Listener> Work<'_, J> {
 
     /// Notes a policy, or that there is none, if it was asked for.
     fn found(&mut self, policy: Option<Policy>) {
-        if self.options.strategies.policy {
+        if self.wants(PolicyKind::Rules) {
             let states = policy.as_ref().map(|found| Number::from(found.entries.len() as u64));
             self.plan(|plan| {
                 (plan.strong_cyclic, plan.policy_states) = (Some(policy.is_some()), states);

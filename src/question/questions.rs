@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use crate::evaluate::Mix;
+use crate::asking::Asking;
+use crate::evaluate::{Mix, PropertyPolicy};
 use crate::goal::{Required, Target};
 use crate::plan::Plan;
 use crate::warnings;
 use meliora_base::error::{Error, Result};
 use meliora_engine::{Selection, Settings};
 use meliora_lang::property::term::TermKind;
-use meliora_model::Program;
 use meliora_model::predicate::Predicate;
+use meliora_model::{ModelKind, Program};
 use meliora_planning::policy::Policy;
 
 /// Questions about a model, with the requests that they need.
@@ -48,8 +49,10 @@ pub struct Options {
 pub struct WantedStrategies {
     /// The states with a strong plan.
     pub strong: bool,
-    /// A policy for the target, or the strategies of `multi`.
+    /// A policy for the target, the strategies of `multi`, or the strategy of one operator.
     pub policy: bool,
+    /// The strategy of the opponent, of one operator in a game.
+    pub opponent: bool,
 }
 
 /// The strategies that were found.
@@ -59,6 +62,21 @@ pub struct Strategies {
     pub policy: Option<Policy>,
     /// The strategies that show the answer about several objectives; `None` if these are not asked for.
     pub mix: Option<Mix>,
+    /// The strategy that attains the optimum of one operator; `None` if it is not asked for, or if there is none.
+    pub optimal: Option<PropertyPolicy>,
+    /// The strategy of the opponent; as `optimal`.
+    pub opponent: Option<PropertyPolicy>,
+}
+
+/// The kinds of policies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PolicyKind {
+    /// Rules that reach a target almost surely.
+    Rules,
+    /// Strategies for several objectives.
+    Mix,
+    /// The strategy that attains the optimum of one operator.
+    Optimal,
 }
 
 impl Questions {
@@ -75,14 +93,20 @@ impl Questions {
     /// [`Error::Usage`].
     pub fn check(&self, wanted: WantedStrategies) -> Result<()> {
         let wrong = |message: &str| Err(Error::Usage(message.to_owned()));
-        if !wanted.strong && (!wanted.policy || self.is_multi()) {
+        let kind = self.policy_kind();
+        if wanted.opponent && kind != PolicyKind::Optimal {
+            return wrong(
+                "the strategy of the opponent is that of one property of a game, such as `<<p1>> Pmax=? [ F a ]`",
+            );
+        }
+        if kind == PolicyKind::Optimal && (wanted.policy || wanted.opponent) {
+            self.check_optimal().or_else(wrong)?;
+        }
+        if !wanted.strong && (!wanted.policy || kind != PolicyKind::Rules) {
             return Ok(());
         }
-        let only = self.plan.properties.first().filter(|_| self.plan.properties.len() == 1);
-        let of_target =
-            only.and_then(|only| only.request()).map(|request| &self.plan.requests[request].asking);
-        if !of_target.is_some_and(|asking| matches!(asking.goal.target, Target::States(_))) {
-            return wrong("policies and strong plans are about reaching a target, not about other formulas");
+        if !self.only().is_some_and(|asking| matches!(asking.goal.target, Target::States(_))) {
+            return wrong("strong plans are about reaching a target, not about other formulas");
         }
         if self.program.players.is_some() {
             return wrong(
@@ -94,6 +118,45 @@ impl Questions {
             return wrong("policies and strong plans for a target do not keep requirements: leave these out");
         }
         Ok(())
+    }
+
+    /// Checks that the only property is an operator whose strategy can be asked for. Returns the reason if it is not.
+    fn check_optimal(&self) -> std::result::Result<(), &'static str> {
+        let stated = self.plan.properties.first().and_then(|only| only.stated.as_ref());
+        if !stated.is_some_and(|(_, term)| matches!(term.kind, TermKind::Operator(_))) {
+            return Err(
+                "the strategy of a property is that of one operator, such as `Pmax=? [ F a ]` or `R{\"cost\"}min=? [ F a ]`: \
+                 ask for that alone",
+            );
+        }
+        if self.program.kind == ModelKind::Dtmc {
+            return Err("a `dtmc` has no choices, and so no strategies");
+        }
+        if !self.required.is_empty() {
+            return Err(
+                "strategies of properties do not keep requirements: leave these out, or add them to the formula",
+            );
+        }
+        Ok(())
+    }
+
+    /// Returns the request that is the only question.
+    fn only(&self) -> Option<&Asking> {
+        let [only] = &self.plan.properties[..] else { return None };
+        only.request().map(|request| &self.plan.requests[request].asking)
+    }
+
+    /// Returns the kind of the policy of the only question.
+    pub fn policy_kind(&self) -> PolicyKind {
+        // A `dtmc` has one policy.
+        let is_chain = self.program.kind == ModelKind::Dtmc;
+        let has_rules =
+            |asking: &Asking| is_chain || asking.question.is_none() || asking.reached_surely().is_some();
+        match self.only() {
+            _ if self.is_multi() => PolicyKind::Mix,
+            Some(asking) if has_rules(asking) && asking.coalition.is_none() => PolicyKind::Rules,
+            _ => PolicyKind::Optimal,
+        }
     }
 
     /// Returns the text of the only property.

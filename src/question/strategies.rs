@@ -1,6 +1,11 @@
-//! Strategies for a target: policies, and the states with a strong plan.
+//! Strategies for a target: policies, and the states with a strong plan. The strategies of one operator.
 
+use std::sync::Arc;
+
+use crate::evaluate::{Build, Evaluator, Model, PropertyPolicy};
 use crate::number::Number;
+use crate::plan::Planned;
+use crate::questions::{Options, Questions};
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
 use meliora_certify::policy::rules::{Rules, Taken};
@@ -58,4 +63,32 @@ pub(crate) fn strong<E: Engine>(engine: &E, target: &Predicate) -> Result<(bool,
     let region = strong_region(engine, &engine.states_where(target)?)?;
     let outside = engine.difference(&engine.initial_states(), &region)?;
     Ok((engine.is_empty(&outside)?, Number::from(engine.count(&region)?)))
+}
+
+/// Returns the strategy of the only property, and that of the opponent, as they are asked for; `None` where no strategy
+/// satisfies the property, or has a finite value.
+///
+/// # Errors
+/// The property has no strategy of this kind; a limit is reached.
+pub(crate) fn optimal<E: Engine>(
+    asked: &Questions,
+    engine: &Arc<E>,
+    build: &Build<'_, E>,
+    options: &Options,
+) -> Result<[Option<PropertyPolicy>; 2]> {
+    let [Planned { stated: Some((source, term)), .. }] = &asked.plan.properties[..] else {
+        return Err(Error::Usage("`--policy` is about one property".to_owned()));
+    };
+    let model = Model::new(&**engine, &asked.program, build, options.precision).under(&asked.required);
+    let evaluator = Evaluator::new(&model, source);
+    let find = |is_wanted: bool, of_opponent: bool| -> Result<Option<PropertyPolicy>> {
+        if !is_wanted {
+            return Ok(None);
+        }
+        let played = evaluator.played_by(term, of_opponent)?;
+        let found = evaluator.policy(&played, of_opponent)?;
+        let is_lost = !found.is_great && found.value.lower.is_infinite();
+        Ok(Some(found).filter(|found| !is_lost && played.satisfies(&found.value) != Some(false)))
+    };
+    Ok([find(options.strategies.policy, false)?, find(options.strategies.opponent, true)?])
 }

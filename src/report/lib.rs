@@ -39,6 +39,7 @@ mod policy_names;
 pub mod policy_report;
 pub mod promised;
 pub mod properties;
+pub mod property_policy;
 pub mod query;
 pub mod reach;
 pub mod reason;

@@ -1,4 +1,4 @@
-//! Strategies for several objectives at once, as JSON: one is drawn at the start, and followed.
+//! Strategies of properties, as JSON. Of several for several objectives at once, one is drawn at the start, and followed.
 
 use std::sync::Arc;
 
@@ -28,8 +28,33 @@ pub struct ReadStrategy {
     pub nodes: Vec<(State, Node)>,
 }
 
+/// The word for a value without a bound.
+const INFINITE: &str = "infinity";
+
+/// A value: a fraction or, for `None`, infinity.
+pub(super) struct Claim(pub(super) Option<Ratio>);
+
+impl Serialize for Claim {
+    fn serialize<S: Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
+        match &self.0 {
+            Some(x) => Fraction(x.clone()).serialize(to),
+            None => INFINITE.serialize(to),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Claim {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> std::result::Result<Self, D::Error> {
+        let raw = Box::<RawValue>::deserialize(from)?;
+        if serde_json::from_str::<String>(raw.get()).is_ok_and(|text| text == INFINITE) {
+            return Ok(Claim(None));
+        }
+        serde_json::from_str::<Fraction>(raw.get()).map(|x| Claim(Some(x.0))).map_err(D::Error::custom)
+    }
+}
+
 /// A fraction. It is a number in JSON if it is one of at most 17 digits, else a text such as `"1/3"`; both are read exactly.
-struct Fraction(Ratio);
+pub(super) struct Fraction(pub(super) Ratio);
 
 impl Serialize for Fraction {
     fn serialize<S: Serializer>(&self, to: S) -> std::result::Result<S::Ok, S::Error> {
@@ -52,41 +77,67 @@ impl<'de> Deserialize<'de> for Fraction {
     }
 }
 
+/// A file of strategies.
 #[derive(Serialize, Deserialize)]
-struct File {
-    property: String,
-    strategies: Vec<StrategyEntry>,
+pub struct File {
+    /// The property.
+    pub property: String,
+    /// The side whose strategy it is; absent for ours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) side: Option<Side>,
+    pub(super) strategies: Vec<StrategyEntry>,
+}
+
+/// The other side of a game.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Side {
+    Opponent,
 }
 
 #[derive(Serialize, Deserialize)]
-struct StrategyEntry {
-    share: Option<Fraction>,
-    values: Vec<Fraction>,
-    nodes: Vec<NodeEntry>,
+pub(super) struct StrategyEntry {
+    pub(super) share: Option<Fraction>,
+    pub(super) values: Vec<Claim>,
+    /// The number of nodes in which paths may start, the first ones; absent for one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) starts: Option<usize>,
+    pub(super) nodes: Vec<NodeEntry>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct NodeEntry {
-    state: Valuation,
-    /// The positions of the objectives that the path has decided.
-    decided: Vec<u32>,
-    steps: u32,
+pub(super) struct NodeEntry {
+    pub(super) state: Valuation,
+    /// The states of the monitors of the formula.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) memory: Option<Valuation>,
+    /// The positions of the objectives that the path has decided; absent for one operator.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) decided: Option<Vec<u32>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) steps: Option<u32>,
+    /// The number of the set that is visited next; absent for the first one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) round: Option<u32>,
+    /// True if the other side chooses: all of its choices are listed.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(super) other: bool,
     /// The actions, each of which is taken with the same probability.
-    actions: Vec<ActionEntry>,
+    pub(super) actions: Vec<ActionEntry>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct ActionEntry {
-    action: String,
+pub(super) struct ActionEntry {
+    pub(super) action: String,
     /// The position among the choices of the state.
-    position: usize,
-    successors: Vec<SuccessorEntry>,
+    pub(super) position: usize,
+    pub(super) successors: Vec<SuccessorEntry>,
 }
 
 #[derive(Serialize, Deserialize)]
-struct SuccessorEntry {
-    node: usize,
-    probability: f64,
+pub(super) struct SuccessorEntry {
+    pub(super) node: usize,
+    pub(super) probability: f64,
 }
 
 /// Returns the strategies of a property as an object in JSON.
@@ -98,17 +149,23 @@ pub fn json(property: &str, mix: &Mix, program: &Program) -> Result<String> {
         let nodes = own.nodes.iter().map(|(state, node)| entry(program, state, node));
         Ok(StrategyEntry {
             share: own.share.clone().map(Fraction),
-            values: own.values.iter().zip(&mix.great).map(|(x, great)| Fraction(short(x, *great))).collect(),
+            values: own
+                .values
+                .iter()
+                .zip(&mix.great)
+                .map(|(x, great)| Claim(Some(short(x, *great))))
+                .collect(),
+            starts: None,
             nodes: nodes.collect::<Result<_>>()?,
         })
     };
     let strategies = mix.strategies.iter().map(strategy).collect::<Result<_>>()?;
-    let text = serde_json::to_string_pretty(&File { property: property.to_owned(), strategies });
+    let text = serde_json::to_string_pretty(&File { property: property.to_owned(), side: None, strategies });
     text.map_err(|e| Error::Usage(e.to_string()))
 }
 
 /// Returns a short decimal next to a value: not above one that is to be great, not below one that is to be small.
-fn short(value: &Ratio, is_great: bool) -> Ratio {
+pub(super) fn short(value: &Ratio, is_great: bool) -> Ratio {
     // Rounding outwards may lead below 0, where no probability and no reward is.
     let mut near = number(value).max(0.0);
     loop {
@@ -120,14 +177,27 @@ fn short(value: &Ratio, is_great: bool) -> Ratio {
     }
 }
 
-fn number(x: &Ratio) -> f64 {
+pub(super) fn number(x: &Ratio) -> f64 {
     x.to_f64().unwrap_or(f64::NAN)
 }
 
 fn entry(program: &Program, state: &State, node: &Node) -> Result<NodeEntry> {
-    let steps = program.steps(state).map_err(|f| fault::error(program, &f, state))?;
+    Ok(NodeEntry {
+        state: Valuation::new(program, state),
+        memory: None,
+        decided: Some((0..u32::BITS).filter(|at| node.decided >> at & 1 == 1).collect()),
+        steps: Some(node.steps),
+        round: None,
+        other: false,
+        actions: actions(program, state, &node.choices)?,
+    })
+}
+
+/// Returns the actions of a node with their names.
+pub(super) fn actions(program: &Program, state: &State, choices: &[Taking]) -> Result<Vec<ActionEntry>> {
+    let names = program.choices(state).map_err(|f| fault::error(program, &f, state))?;
     let action = |taking: &Taking| ActionEntry {
-        action: steps.get(taking.position).map(|step| step.name.clone()).unwrap_or_default(),
+        action: names.get(taking.position).map(|(_, name)| name.clone()).unwrap_or_default(),
         position: taking.position,
         successors: taking
             .successors
@@ -135,12 +205,7 @@ fn entry(program: &Program, state: &State, node: &Node) -> Result<NodeEntry> {
             .map(|(node, p)| SuccessorEntry { node: *node, probability: number(p) })
             .collect(),
     };
-    Ok(NodeEntry {
-        state: Valuation::new(program, state),
-        decided: (0..u32::BITS).filter(|at| node.decided >> at & 1 == 1).collect(),
-        steps: node.steps,
-        actions: node.choices.iter().map(action).collect(),
-    })
+    Ok(choices.iter().map(action).collect())
 }
 
 /// Returns whether a text is that of strategies for several objectives, and not of another policy.
@@ -148,36 +213,49 @@ pub fn is_mix(source: &SourceFile) -> bool {
     source.text.trim_start().starts_with('{')
 }
 
-/// Reads strategies for several objectives; returns the text of the property and the strategies.
-///
-/// # Errors
-/// The text is wrong; a state or an action is none of the model; the shares do not sum to 1.
-pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<(String, Vec<ReadStrategy>)> {
-    let file: File = serde_json::from_str(&source.text).map_err(|error| {
-        let wrong = Diagnostic::new(source, place(source, &error), error.to_string());
-        wrong.help("expected a file of `reach --policy` for a property `multi(…)`")
-    })?;
-    let wrong = |message: String| Error::from(Diagnostic::new(source, 0..0, message));
-    check_shares(&file.strategies).map_err(wrong)?;
-    let mut strategies = Vec::new();
-    for (number, own) in (1..).zip(file.strategies) {
-        if own.nodes.is_empty() {
-            return Err(wrong(format!("strategy {number} visits no state")));
-        }
-        let mut nodes = Vec::new();
-        for node in own.nodes {
-            let state = node.state.state(program).ok_or_else(|| {
-                wrong(format!("strategy {number}: `{}` is not a state of the model", node.state))
-            })?;
-            let wrong = |message| wrong(format!("strategy {number}: in `{}`, {message}", node.state));
-            let decided = bits(&node.decided).map_err(wrong)?;
-            let choices = taken(program, &state, node.actions).map_err(wrong)?;
-            nodes.push((state, Node { state: 0, decided, steps: node.steps, choices }));
-        }
-        let values = own.values.into_iter().map(|value| value.0).collect();
-        strategies.push(ReadStrategy { share: own.share.map(|share| share.0), values, nodes });
+impl File {
+    /// Reads the text of a file, without the model.
+    ///
+    /// # Errors
+    /// The text is wrong.
+    pub fn new(source: &Arc<SourceFile>) -> Result<Self> {
+        serde_json::from_str(&source.text).map_err(|error| {
+            let wrong = Diagnostic::new(source, place(source, &error), error.to_string());
+            wrong.help("expected a file of `reach --policy`").into()
+        })
     }
-    Ok((file.property, strategies))
+
+    /// Returns the strategies for several objectives.
+    ///
+    /// # Errors
+    /// A state or an action is none of the model; the shares do not sum to 1.
+    pub fn mix(self, source: &Arc<SourceFile>, program: &Program) -> Result<Vec<ReadStrategy>> {
+        let wrong = |message: String| Error::from(Diagnostic::new(source, 0..0, message));
+        check_shares(&self.strategies).map_err(wrong)?;
+        let mut strategies = Vec::new();
+        for (number, own) in (1..).zip(self.strategies) {
+            if own.nodes.is_empty() {
+                return Err(wrong(format!("strategy {number} visits no state")));
+            }
+            let mut nodes = Vec::new();
+            for node in own.nodes {
+                let state = node.state.state(program).ok_or_else(|| {
+                    wrong(format!("strategy {number}: `{}` is not a state of the model", node.state))
+                })?;
+                let wrong = |message| wrong(format!("strategy {number}: in `{}`, {message}", node.state));
+                let missing = || wrong("`decided` or `steps` is missing".to_owned());
+                let decided = bits(&node.decided.ok_or_else(missing)?).map_err(wrong)?;
+                let steps = node.steps.ok_or_else(missing)?;
+                let choices = taken(program, &state, &node.actions).map_err(wrong)?;
+                nodes.push((state, Node { state: 0, decided, steps, choices }));
+            }
+            let infinite = || wrong(format!("strategy {number}: a value is not finite"));
+            let values = own.values.into_iter().map(|value| value.0.ok_or_else(infinite));
+            let values = values.collect::<Result<_>>()?;
+            strategies.push(ReadStrategy { share: own.share.map(|share| share.0), values, nodes });
+        }
+        Ok(strategies)
+    }
 }
 
 /// Checks that the shares are probabilities that sum to 1, or absent, as in a front.
@@ -204,19 +282,20 @@ fn bits(decided: &[u32]) -> std::result::Result<u32, String> {
 }
 
 /// Returns the choices of some actions, or a message about a wrong one.
-fn taken(
+pub(super) fn taken(
     program: &Program,
     state: &State,
-    actions: Vec<ActionEntry>,
+    actions: &[ActionEntry],
 ) -> std::result::Result<Vec<Taking>, String> {
-    let steps = program.steps(state).unwrap_or_default();
+    let names = program.choices(state).unwrap_or_default();
     let mut choices = Vec::new();
     for ActionEntry { action, position, successors } in actions {
-        if steps.get(position).is_none_or(|step| step.name != action) {
+        let position = *position;
+        if names.get(position).is_none_or(|(_, name)| name != action) {
             return Err(format!("the choice with the position {position} is not `{action}`"));
         }
         let mut after = Vec::new();
-        for SuccessorEntry { node, probability } in successors {
+        for &SuccessorEntry { node, probability } in successors {
             let p = Ratio::from_float(probability);
             after.push((node, p.ok_or_else(|| format!("`{action}` has an infinite probability"))?));
         }

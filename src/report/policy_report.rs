@@ -164,6 +164,13 @@ impl PolicyReport {
         self.violation.get_or_insert_with(|| Violated { condition: condition.to_owned(), state });
     }
 
+    /// Adds the steps of the first run, each with its action, and the state in which it ends.
+    pub fn show_run(&mut self, program: &Program, steps: Vec<(State, String)>, last: &State) {
+        if let Some(runs) = &mut self.runs {
+            (runs.first, runs.last) = (PolicyStep::all(program, steps), Some(Valuation::new(program, last)));
+        }
+    }
+
     /// Adds a run.
     pub fn add(&mut self, program: &Program, run: PolicyRun) {
         let (steps, is_reached) = (run.steps.len() as u64, matches!(run.end, Some(Ok(()))));

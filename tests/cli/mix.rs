@@ -174,7 +174,7 @@ fn files_that_are_no_strategies_are_errors() {
         ),
         (|m| m["strategies"][0]["nodes"][0]["actions"][0]["action"] = json!("z"), 3, "is not `z`"),
         (|m| m["strategies"][0]["values"] = json!([1]), 2, "one value for each of the 2 objectives"),
-        (|m| m["property"] = json!("Pmax=? [ F x=3 ]"), 2, "has no objectives"),
+        (|m| m["property"] = json!("Pmax=? [ F x=3 ]"), 3, "expected one strategy for one operator"),
     ];
     for (edit, status, message) in texts {
         for found in judged(edit) {

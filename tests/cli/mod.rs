@@ -35,6 +35,7 @@ mod mix;
 mod models;
 mod names;
 mod nested;
+mod optimal;
 mod output;
 mod partial;
 mod pddl_files;

@@ -408,12 +408,12 @@ fn a_property_that_needs_too_much_memory_leaves_the_others() {
 
 /// `--policy` wrote no file, without a message.
 #[test]
-fn a_policy_of_a_property_that_is_no_single_formula_is_refused() {
+fn a_policy_of_a_property_that_is_not_one_operator_is_refused() {
     let scratch = Scratch::new(&[("m.prism", CHOICES)]);
     let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
     for (property, words) in [
-        ("1 - Pmax=? [ F x=1 ]", "are about reaching a target"),
-        ("Pmax=? [ F<=2 x=1 ]", "are about reaching a target"),
+        ("1 - Pmax=? [ F x=1 ]", "is that of one operator"),
+        ("filter(max, Pmax=? [ F<=2 x=1 ], x<2)", "is that of one operator"),
     ] {
         let mut command = meliora();
         let found = Finished::of(command.args(["reach", &model, "--property", property, "--policy", &out]));

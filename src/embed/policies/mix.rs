@@ -17,7 +17,7 @@ use meliora_quantities::several::Node;
 use meliora_quantities::state_values::Bound;
 use meliora_question::evaluate::{Evaluator, Following, Model, Objectives};
 use meliora_report::PolicyReport;
-use meliora_report::mix::{self, ReadStrategy};
+use meliora_report::mix::{File, ReadStrategy};
 use meliora_report::policy_report::{MeasuredObjective, ObjectiveValue, PolicyRuns, StrategyValues};
 
 /// Strategies with their model.
@@ -33,13 +33,19 @@ impl Mix {
     ///
     /// # Errors
     /// The text is wrong, or about another model; the model is a game.
-    pub(super) fn new(source: &Arc<SourceFile>, program: Program, settings: Settings) -> Result<Self> {
+    pub(super) fn new(
+        source: &Arc<SourceFile>,
+        file: File,
+        program: Program,
+        settings: Settings,
+    ) -> Result<Self> {
         if program.players.is_some() {
             let message =
                 "this checks strategies of `multi` for models with one player, and this model is a game";
             return Err(Error::Usage(message.to_owned()));
         }
-        let (property, strategies) = mix::read(source, &program)?;
+        let property = file.property.clone();
+        let strategies = file.mix(source, &program)?;
         let source = SourceFile::new(format!("the property of {}", source.name), property);
         Ok(Mix { program: Arc::new(program), source, strategies, settings })
     }
@@ -231,7 +237,7 @@ fn double(x: &Ratio) -> f64 {
 }
 
 /// Returns what the runs measured of an objective.
-fn measured(
+pub(super) fn measured(
     objective: String,
     claimed: f64,
     sample: &Sample,

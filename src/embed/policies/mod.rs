@@ -2,20 +2,24 @@
 
 mod mix;
 mod nodes;
+mod property;
 mod rules;
 
 use std::sync::Arc;
 
 use self::mix::Mix;
 use self::nodes::Nodes;
+use self::property::OfProperty;
 use self::rules::Rules;
 use super::{Model, Work};
 use meliora_base::error::{Error, Result, SourceFile};
 use meliora_engine::Settings;
+use meliora_lang::property::term::TermKind;
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_question::list::NO_GOAL;
 use meliora_question::{Asking, Target};
+use meliora_report::mix::File;
 use meliora_report::policy_report::PolicyRuns;
 use meliora_report::{PolicyReport, mix as mix_text, node_file};
 
@@ -26,7 +30,7 @@ enum PolicyForm {
     Rules,
     /// Nodes with memory: it is about preferences.
     Nodes,
-    /// Strategies for the objectives of a property `multi(…)`, of which one is drawn.
+    /// The strategy of a property, or those of a property `multi(…)`, of which one is drawn.
     Mix,
 }
 
@@ -103,6 +107,7 @@ enum Form {
     Rules(Box<Rules>),
     Nodes(Nodes),
     Mix(Mix),
+    Property(Box<OfProperty>),
 }
 
 impl GivenPolicy {
@@ -134,7 +139,13 @@ impl GivenPolicy {
             (PolicyForm::Mix, _) => {
                 let program = model.into_program();
                 work.update(|r| r.header.read(&program));
-                Form::Mix(Mix::new(source, program, settings)?)
+                let file = File::new(source)?;
+                let property = property::property(source, &file, &program)?;
+                if matches!(property.1.kind, TermKind::Multi(_)) {
+                    Form::Mix(Mix::new(source, file, program, settings)?)
+                } else {
+                    Form::Property(Box::new(OfProperty::new(source, file, property, program, settings)))
+                }
             }
             _ => {
                 let program = model.into_program();
@@ -155,6 +166,7 @@ impl GivenPolicy {
             Form::Rules(rules) => rules.check(work),
             Form::Nodes(nodes) => nodes.check(work),
             Form::Mix(mix) => mix.work(work, None),
+            Form::Property(own) => own.work(work, None),
         }
     }
 
@@ -167,6 +179,7 @@ impl GivenPolicy {
             Form::Rules(rules) => rules.run(work, runs),
             Form::Nodes(nodes) => nodes.run(work, runs),
             Form::Mix(mix) => mix.work(work, Some(runs)),
+            Form::Property(own) => own.work(work, Some(runs)),
         }
     }
 }

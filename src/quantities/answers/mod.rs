@@ -5,6 +5,7 @@
 //! | [`values`], [`state_values`], [`all_states`] | the results of an analysis: [`Values`](crate::Values), also as plain data |
 //! | [`choose`], `ties` | strategies that attain the values |
 //! | [`by_goal`] | how likely the first improvement gains each objective |
+//! | [`optimal`] | strategies that attain the optimum of one operator |
 //! | [`outlook`] | what a strategy promises |
 //! | [`confirmed`] | bounds that one step confirms, for certificates |
 //! | [`path_values`], [`sought`] | probabilities of formulas and rewards until a target, without preferences |
@@ -16,6 +17,7 @@ pub mod by_goal;
 pub mod choose;
 pub mod confirmed;
 pub mod followed;
+pub mod optimal;
 pub mod outlook;
 pub mod path_values;
 pub mod several;

@@ -169,7 +169,7 @@ pub struct Rewards {
 
 impl Rewards {
     /// Returns rewards that depend on states alone: 1 in some states, 0 in the others.
-    pub(crate) fn of_set(game: &GameGraph, set: &BitVec) -> Self {
+    pub fn of_set(game: &GameGraph, set: &BitVec) -> Self {
         let mut rewards = Rewards::default();
         let numbers = [Ratio::zero(), Ratio::one()].map(|value| rewards.fractions.number(value));
         for state in 0..game.states() {

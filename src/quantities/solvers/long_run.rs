@@ -27,10 +27,10 @@ use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
 
 /// The relative distance of the bounds of an average at which iteration ends.
-const WIDTH: f64 = 1e-9;
+pub(crate) const WIDTH: f64 = 1e-9;
 
 /// The part of its change that a value takes in a sweep: all of it would let values alternate where a component is periodic.
-const PART: f64 = 0.75;
+pub(crate) const PART: f64 = 0.75;
 
 /// Computes the averages of all states.
 ///

@@ -8,22 +8,29 @@
 //! - `products`: formulas that need monitors, and the models in which these are evaluated.
 //! - `several`: several objectives at once.
 //! - `following`: strategies for them that files state.
+//! - `optimal`, `aims`: the strategy of one operator, and the value of a strategy by its `chain`;
+//!   `running`: runs of it.
 //! - `filters`: functions of the values in several states.
 
+mod aims;
+mod chain;
 mod condition;
 mod filters;
 mod following;
 mod number;
 mod numbers;
 mod operators;
+mod optimal;
 mod paths;
 mod products;
+mod running;
 mod sets;
 mod several;
 
 use std::cell::OnceCell;
 use std::sync::Arc;
 
+pub use chain::PolicyNode;
 pub use following::{Following, Nodes, Objectives, StrategyFault, StrategyFaultKind};
 use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_engine::Engine;
@@ -33,6 +40,8 @@ use meliora_model::{Program, State};
 use meliora_quantities::equations::arena::Arena;
 use meliora_quantities::sought::MOST_STATES;
 pub use number::Number;
+pub use optimal::{Played, PropertyPolicy, attains};
+pub use running::{PropertyRun, PropertyRuns};
 pub(crate) use sets::sign;
 pub use several::{Mix, MixedStrategy};
 

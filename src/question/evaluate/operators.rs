@@ -277,7 +277,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
 
 impl<E> Product<E> {
     /// Returns the condition of the paths on the monitors.
-    fn condition(&self) -> Option<&Condition> {
+    pub(super) fn condition(&self) -> Option<&Condition> {
         match &self.goal.target {
             crate::goal::Target::Formula(condition) => Some(condition),
             crate::goal::Target::States(_) => None,
@@ -288,7 +288,7 @@ impl<E> Product<E> {
 /// Returns the states in which the monitors of co-safe formulas have accepted a condition; `None` if it has
 /// other leaves. A monitor that accepts does so in all later states, so a conjunction is satisfied once all of
 /// its parts are.
-fn accepted<E: Engine>(engine: &E, condition: &Condition) -> Result<Option<E::States>> {
+pub(super) fn accepted<E: Engine>(engine: &E, condition: &Condition) -> Result<Option<E::States>> {
     let (mut all, parts, is_all) = match condition {
         Condition::Leaf(Asks::Accept, mark) => return engine.states_where(mark).map(Some),
         Condition::Leaf(..) | Condition::Constant(_) => return Ok(None),
@@ -303,7 +303,7 @@ fn accepted<E: Engine>(engine: &E, condition: &Condition) -> Result<Option<E::St
 }
 
 /// Returns what the players look for.
-fn goal(optimum: Optimum, is_game: bool) -> Extremes {
+pub(super) fn goal(optimum: Optimum, is_game: bool) -> Extremes {
     if is_game { Extremes::against(optimum) } else { Extremes::all(optimum) }
 }
 

@@ -46,6 +46,13 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         Ok(Product { engine, ..product })
     }
 
+    /// Returns the goal of a formula, with its monitors.
+    pub(super) fn goal_of(&self, path: &Path) -> Result<PathGoal> {
+        let (formula, predicates) = self.flattened(path)?;
+        let program = Program { pool: predicates.into_pool(), ..Program::clone(self.program) };
+        PathGoal::of(&program, self.source, &formula, self.model.required)
+    }
+
     /// Builds the product of a program with the monitors of a formula.
     fn watched(&self, term: &Term, program: &Arc<Program>, formula: &Formula) -> Result<Product<E>> {
         let goal = PathGoal::of(program, self.source, formula, self.model.required)?;

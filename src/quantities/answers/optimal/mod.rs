@@ -1,0 +1,185 @@
+//! Strategies that attain the optimum of one operator in a model or a game, from the values of all states.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | `equations` | the choices that keep the value, and those of them that make progress |
+//! | `steps` | choices by the number of steps, for bounds |
+//! | `rounds` | choices that visit sets again and again, for formulas that recur |
+//! | `average` | choices that attain an average in the long run |
+//! | `nodes` | the states that a strategy visits, with its memory |
+//!
+//! A choice keeps the value if the bounds that its side guarantees hold after one step: lower bounds for the maximiser,
+//! upper bounds for the minimiser. Upper bounds that hold so are never exceeded. Lower bounds are attained if paths also
+//! come to their end, so a search backward from the ends orders the choices. The values have errors. So nothing here is
+//! a proof: the value that a strategy attains is computed again from its nodes.
+
+mod average;
+mod equations;
+mod nodes;
+mod rounds;
+mod steps;
+
+use std::sync::Arc;
+
+use bitvec::vec::BitVec;
+use meliora_base::error::Result;
+use meliora_model::Optimum;
+
+use self::equations::Equations;
+pub use self::nodes::Node;
+use self::rounds::Rounds;
+use crate::equations::arena::{Arena, Extremes, Rewards};
+use crate::equations::graph::NONE;
+use crate::equations::number::Interval;
+use crate::path_values::{Answer, Value};
+use crate::vector::{self, Accumulation, Until};
+
+/// The number whose optimum is wanted.
+pub enum Aim<'a> {
+    /// The probability of an until formula.
+    Until(&'a Until),
+    /// The probability that one of some conditions holds in the long run; in models of one player.
+    Recur(&'a [Accepting]),
+    /// A reward.
+    Reward(&'a Rewards, &'a Accumulation),
+}
+
+/// A condition on the states that a path visits again and again.
+pub struct Accepting {
+    /// It visits only these from some step on.
+    pub always: BitVec,
+    /// It visits each of these sets infinitely often.
+    pub again: Vec<BitVec>,
+}
+
+/// The choice of each state, [`NONE`] in those of the opponent.
+type Choices = Vec<u32>;
+
+/// A strategy for all states of an arena.
+pub struct Optimal {
+    /// The values of the states.
+    pub values: Vec<Interval>,
+    /// The choices by the number of steps so far.
+    stages: Vec<Arc<Choices>>,
+    /// The choices after these steps; `None` if the path is decided then.
+    rest: Option<Choices>,
+    rounds: Option<Rounds>,
+    /// The states in which the path is decided after some steps, and the number of these.
+    ends: (BitVec, u64),
+}
+
+impl Optimal {
+    /// Returns a strategy without stages.
+    fn memoryless(values: Vec<Interval>, choices: Choices, ends: BitVec) -> Self {
+        Optimal { values, stages: Vec::new(), rest: Some(choices), rounds: None, ends: (ends, 0) }
+    }
+
+    /// Lets the strategy continue where paths are decided.
+    pub fn never_ends(&mut self) {
+        self.ends.0.fill(false);
+    }
+}
+
+/// Computes a strategy that attains an optimum from all states, up to the precision of the values; 0 asks for
+/// fractions. Cost: that of the values, and some passes over the arena; of a bound, one pass per step.
+///
+/// # Errors
+/// The errors of [`vector::probability`] and [`vector::reward`]; the choices of all steps do not fit into the memory.
+pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64) -> Result<Optimal> {
+    match aim {
+        Aim::Until(until) if until.least > 0 || until.most.is_some() => {
+            steps::until(arena, until, goal, precision)
+        }
+        Aim::Until(until) => reached(arena, until, goal, precision),
+        Aim::Recur(all) => recurring(arena, all, goal, precision),
+        Aim::Reward(rewards, accumulation) => match accumulation {
+            Accumulation::Within(count) => steps::rewards(arena, rewards, (*count, true), goal),
+            Accumulation::At(count) => steps::rewards(arena, rewards, (*count, false), goal),
+            Accumulation::LongRun => average::optimal(arena, rewards, goal, precision),
+            Accumulation::Until(target) => {
+                until_target(arena, rewards, (accumulation, target), goal, precision)
+            }
+            Accumulation::Anyway(target) => earned(arena, rewards, (accumulation, target), goal, precision),
+            Accumulation::Total => {
+                let nowhere = BitVec::repeat(false, arena.states());
+                earned(arena, rewards, (accumulation, &nowhere), goal, precision)
+            }
+        },
+    }
+}
+
+/// Returns the bounds of values.
+fn bounds(answer: Answer) -> Result<Vec<Interval>> {
+    answer.end?;
+    Ok(answer.values.iter().map(Value::interval).collect())
+}
+
+/// Returns the strategy of an until formula without bounds.
+fn reached(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Optimal> {
+    let values = bounds(vector::probability(arena, until, goal, precision)?)?;
+    let equations = Equations::new(arena, goal, &values, None);
+    let lost = |state: usize| !until.left[state] && !until.right[state];
+    let ends: BitVec = (0..arena.states()).map(|state| until.right[state] || lost(state)).collect();
+    let is_over = |state: usize| ends[state] || values[state].upper == 0.0;
+    let over: BitVec = (0..arena.states()).map(is_over).collect();
+    let choices = equations.progressing(&over, false, &mut arena.meter())?;
+    Ok(Optimal::memoryless(values, choices, ends))
+}
+
+/// Returns the strategy that satisfies one of some conditions: it reaches a component that it can stay in, and visits the
+/// sets of its condition there, one after the other.
+fn recurring(arena: &Arena<'_>, all: &[Accepting], goal: Extremes, precision: f64) -> Result<Optimal> {
+    let rounds = Rounds::new(arena, all)?;
+    let left = BitVec::repeat(true, arena.states());
+    let until = Until { left, right: rounds.members(), least: 0, most: None };
+    let mut found = reached(arena, &until, goal, precision)?;
+    found.never_ends();
+    found.rounds = Some(rounds);
+    Ok(found)
+}
+
+/// Returns the strategy of a reward until a target.
+fn until_target(
+    arena: &Arena<'_>,
+    rewards: &Rewards,
+    (accumulation, target): (&Accumulation, &BitVec),
+    goal: Extremes,
+    precision: f64,
+) -> Result<Optimal> {
+    let values = bounds(vector::reward(arena, rewards, accumulation, goal, precision)?)?;
+    let equations = Equations::new(arena, goal, &values, Some(rewards));
+    let mut choices = equations.progressing(target, false, &mut arena.meter())?;
+    if goal.ours == Optimum::Max && values.iter().any(|value| value.lower.is_infinite()) {
+        // An infinite reward is attained by paths that miss the target.
+        let left = BitVec::repeat(true, arena.states());
+        let until = Until { left, right: target.clone(), least: 0, most: None };
+        let missing = reached(arena, &until, goal.opposite(), precision)?;
+        let of = missing.rest.unwrap_or_default();
+        let infinite = (0..arena.states()).filter(|&state| values[state].lower.is_infinite());
+        infinite.for_each(|state| choices[state] = of[state]);
+    }
+    Ok(Optimal::memoryless(values, choices, target.clone()))
+}
+
+/// Returns the strategy of the rewards of all steps before a target, reached or not.
+fn earned(
+    arena: &Arena<'_>,
+    rewards: &Rewards,
+    (accumulation, target): (&Accumulation, &BitVec),
+    goal: Extremes,
+    precision: f64,
+) -> Result<Optimal> {
+    let values = bounds(vector::reward(arena, rewards, accumulation, goal, precision)?)?;
+    let equations = Equations::new(arena, goal, &values, Some(rewards));
+    let is_over = |state: usize| target[state] || values[state].upper == 0.0;
+    let over: BitVec = (0..arena.states()).map(is_over).collect();
+    let mut choices = equations.progressing(&over, true, &mut arena.meter())?;
+    if goal.ours == Optimum::Max && values.iter().any(|value| value.lower.is_infinite()) {
+        let endless = equations.earning_again(rewards, target)?;
+        let infinite = (0..arena.states()).filter(|&state| values[state].lower.is_infinite());
+        infinite.filter(|&state| endless[state] != NONE).for_each(|state| choices[state] = endless[state]);
+    }
+    let is_decided = matches!(accumulation, Accumulation::Anyway(_));
+    let ends = if is_decided { target.clone() } else { BitVec::repeat(false, arena.states()) };
+    Ok(Optimal::memoryless(values, choices, ends))
+}

@@ -1,0 +1,232 @@
+//! The strategy of one operator in the arena of the model, or of the model with the monitors of the formula.
+
+use meliora_base::error::{Error, Result};
+use meliora_engine::Engine;
+use meliora_lang::property::Optimum;
+use meliora_lang::property::term::{Accumulated, Measure, Path, Single, Step, Term};
+use meliora_model::State;
+use meliora_model::temporal::{Asks, Condition};
+use meliora_quantities::Interval;
+use meliora_quantities::equations::arena::{Arena, Extremes, Members, Rewards};
+use meliora_quantities::optimal::{Accepting, Aim, Optimal, optimal};
+use meliora_quantities::vector::{Accumulation, Until};
+
+use super::Evaluator;
+use super::chain::PolicyNode;
+use super::operators::{accepted, goal};
+use super::optimal::Played;
+use crate::answer::{ASK_QUALITATIVELY, NEITHER};
+use crate::strategies::MOST_STATES;
+
+/// An aim in the states of an arena.
+enum Wanted {
+    Until(Until),
+    Recur(Vec<Accepting>),
+    Reward(Box<Rewards>, Accumulation),
+}
+
+impl Wanted {
+    fn aim(&self) -> Aim<'_> {
+        match self {
+            Wanted::Until(until) => Aim::Until(until),
+            Wanted::Recur(all) => Aim::Recur(all),
+            Wanted::Reward(rewards, accumulation) => Aim::Reward(rewards, accumulation),
+        }
+    }
+}
+
+/// The strategy of an arena.
+pub(super) struct Found {
+    pub(super) nodes: Vec<PolicyNode>,
+    /// The values of the initial states.
+    pub(super) values: Vec<Interval>,
+}
+
+impl<E: Engine> Evaluator<'_, '_, E> {
+    /// Computes the strategy from the initial states.
+    pub(super) fn found(&self, played: &Played<'_>, precision: f64) -> Result<Found> {
+        let measured = &played.measured;
+        let starts = self.at(&self.engine.initial_states())?.list;
+        let path = match &measured.measure {
+            Measure::Probability(path) if path.single.is_none() => Path::clone(path),
+            Measure::Reward(_, Accumulated::Until(path)) if target(path).is_none() => {
+                self.read_to_the_end(path)
+            }
+            _ => {
+                let game = self.played(measured)?;
+                let engine = game.as_ref().unwrap_or(self.engine);
+                let own = game.as_ref().map(|game| Arena::new(game, self.program)).transpose()?;
+                let arena: &Arena<'_> = match &own {
+                    Some(own) => own,
+                    None => self.model.arena()?,
+                };
+                let goal = goal(measured.optimum, engine.is_game());
+                let (wanted, is_negated) = self.wanted_of(played, arena)?;
+                return Of {
+                    arena,
+                    variables: self.program.variables.len(),
+                    is_watched: false,
+                    starts: &starts,
+                }
+                .found(&wanted, (goal, is_negated), precision);
+            }
+        };
+        let product = self.product(played.term, &path, measured.coalition.as_ref())?;
+        let engine = &*product.engine;
+        let (_, starts) = self.parts_of_product(&product, &[], &starts)?;
+        let arena = Arena::new(engine, &product.program)?;
+        let (wanted, is_negated) = self.wanted_of_product(played, engine, product.condition(), &arena)?;
+        let goal = goal(measured.optimum, engine.is_game());
+        Of { arena: &arena, variables: self.program.variables.len(), is_watched: true, starts: &starts }
+            .found(&wanted, (goal, is_negated), precision)
+    }
+
+    /// Returns the aim of an operator without monitors, and whether its probability is 1 minus the one that is asked for.
+    fn wanted_of(&self, played: &Played<'_>, arena: &Arena<'_>) -> Result<(Wanted, bool)> {
+        let all = self.engine.all_states();
+        let members = |term: &Term| arena.members(self.engine, &self.states(term, &all)?);
+        Ok(match &played.measured.measure {
+            Measure::LongRun(states) => (
+                Wanted::Reward(Box::new(Rewards::of_set(arena, &members(states)?)), Accumulation::LongRun),
+                false,
+            ),
+            Measure::Probability(path) => match &path.single {
+                Some(single) => (Wanted::Until(until(single, arena, &members)?), single.negated),
+                None => return Err(self.unsupported(played.term, NEITHER, ASK_QUALITATIVELY)),
+            },
+            Measure::Reward(rewards, accumulated) => {
+                let unknown = || Error::Usage("unknown reward structure".to_owned());
+                let structure = rewards.find(self.program).ok_or_else(unknown)?;
+                let accumulation = match accumulated {
+                    Accumulated::Until(path) => match target(path) {
+                        Some(target) => Accumulation::Until(members(target)?),
+                        None => return Err(unknown()),
+                    },
+                    Accumulated::Anyway(states) => Accumulation::Anyway(members(states)?),
+                    Accumulated::Within(steps) => Accumulation::Within(*steps),
+                    Accumulated::Total => Accumulation::Total,
+                    Accumulated::At(steps) => Accumulation::At(*steps),
+                    Accumulated::LongRun => Accumulation::LongRun,
+                };
+                let rewards = match accumulation {
+                    Accumulation::Until(_) | Accumulation::Anyway(_) | Accumulation::Total => {
+                        arena.rewards(self.engine, structure)?
+                    }
+                    _ => arena.rewards_above_least(structure)?.0,
+                };
+                (Wanted::Reward(Box::new(rewards), accumulation), false)
+            }
+        })
+    }
+
+    /// Returns the same for an operator with monitors.
+    fn wanted_of_product(
+        &self,
+        played: &Played<'_>,
+        engine: &E,
+        condition: Option<&Condition>,
+        arena: &Arena<'_>,
+    ) -> Result<(Wanted, bool)> {
+        let unsupported = || self.unsupported(played.term, NEITHER, ASK_QUALITATIVELY);
+        let condition = condition.ok_or_else(unsupported)?;
+        let until = |condition: &Condition| -> Result<Option<Members>> {
+            accepted(engine, condition)?.map(|set| arena.members(engine, &set)).transpose()
+        };
+        if let Measure::Reward(rewards, _) = &played.measured.measure {
+            let structure = rewards.find(self.program).ok_or_else(unsupported)?;
+            let target = until(condition)?.ok_or_else(unsupported)?;
+            return Ok((
+                Wanted::Reward(Box::new(arena.rewards(engine, structure)?), Accumulation::Until(target)),
+                false,
+            ));
+        }
+        let reach =
+            |right| Until { left: Members::repeat(true, arena.states()), right, least: 0, most: None };
+        if engine.is_game() {
+            return match (condition.only_asks(Asks::Accept), condition.only_asks(Asks::Avoid)) {
+                (true, _) => Ok((Wanted::Until(reach(until(condition)?.ok_or_else(unsupported)?)), false)),
+                (_, true) => {
+                    let violated = until(&condition.negated())?.ok_or_else(unsupported)?;
+                    Ok((Wanted::Until(reach(violated)), true))
+                }
+                _ => Err(unsupported()),
+            };
+        }
+        // The least probability is 1 minus the greatest one of the negation.
+        let is_negated = played.measured.optimum == Optimum::Min;
+        let condition = if is_negated { condition.negated() } else { condition.clone() };
+        let mut all = Vec::new();
+        for disjunct in condition.disjuncts()? {
+            let mut always = Members::repeat(true, arena.states());
+            for (mark, holds) in &disjunct.always {
+                let own = arena.members(engine, &engine.states_where(mark)?)?;
+                always &= if *holds { own } else { !own };
+            }
+            let set = |mark| arena.members(engine, &engine.states_where(mark)?);
+            all.push(Accepting { always, again: disjunct.again.iter().map(set).collect::<Result<_>>()? });
+        }
+        Ok((Wanted::Recur(all), is_negated))
+    }
+}
+
+/// Returns the target if a formula is to reach some states, at once or later.
+pub(super) fn target(path: &Path) -> Option<&Term> {
+    match path.single.as_ref()? {
+        Single { negated: false, step: Step::Until { left: None, right, least: 0, most: None } } => {
+            Some(right)
+        }
+        _ => None,
+    }
+}
+
+/// Returns an operator as an until formula.
+fn until(single: &Single, arena: &Arena<'_>, members: &dyn Fn(&Term) -> Result<Members>) -> Result<Until> {
+    let all = |inside| Members::repeat(inside, arena.states());
+    Ok(match &single.step {
+        Step::Now(now) => Until { left: all(false), right: members(now)?, least: 0, most: None },
+        Step::Next(next) => Until { left: all(true), right: members(next)?, least: 1, most: Some(1) },
+        Step::Until { left, right, least, most } => {
+            let left = left.as_ref().map_or_else(|| Ok(all(true)), members)?;
+            Until { left, right: members(right)?, least: *least, most: *most }
+        }
+    })
+}
+
+/// The arena of a model, or of one with monitors.
+struct Of<'a> {
+    arena: &'a Arena<'a>,
+    /// The number of variables of the model.
+    variables: usize,
+    /// True with monitors.
+    is_watched: bool,
+    starts: &'a [State],
+}
+
+impl Of<'_> {
+    fn found(&self, wanted: &Wanted, (goal, is_negated): (Extremes, bool), precision: f64) -> Result<Found> {
+        let goal = if is_negated { goal.opposite() } else { goal };
+        let mut found: Optimal = optimal(self.arena, &wanted.aim(), goal, precision)?;
+        if self.is_watched {
+            // Only the monitors know that a path is decided.
+            found.never_ends();
+        }
+        let numbers: Vec<usize> = self.starts.iter().map(|state| self.arena.number(state)).collect();
+        let value = |number: &usize| {
+            let Interval { lower, upper } = found.values[*number];
+            if is_negated {
+                Interval { lower: 1.0 - upper, upper: 1.0 - lower }
+            } else {
+                Interval { lower, upper }
+            }
+        };
+        let values = numbers.iter().map(value).collect();
+        let nodes = found.nodes(self.arena, &numbers, MOST_STATES)?;
+        let node = |node: meliora_quantities::optimal::Node| {
+            let mut state = self.arena.state(node.state);
+            let memory = state.split_off(self.variables);
+            let (steps, round, theirs, choices) = (node.steps, node.round, node.theirs, node.choices);
+            PolicyNode { state, memory, steps, round, theirs, choices }
+        };
+        Ok(Found { nodes: nodes.into_iter().map(node).collect(), values })
+    }
+}

@@ -1,0 +1,133 @@
+//! The strategy of the outermost operator of a property, as JSON: one strategy, with one value.
+
+use std::fmt::Write;
+use std::sync::Arc;
+
+use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::exact::{Exact, Ratio, Real, shortest};
+use meliora_model::Program;
+use meliora_model::valuation::Valuation;
+use meliora_question::evaluate::{Number, PolicyNode, PropertyPolicy};
+use num_traits::One;
+use serde::Serialize;
+
+use super::mix::{self, Claim, File, Fraction, NodeEntry, Side};
+
+/// A strategy of a file.
+pub struct ReadPolicy {
+    /// The value that it claims; `None` for infinity.
+    pub value: Option<Ratio>,
+    /// The nodes.
+    pub nodes: Vec<PolicyNode>,
+    /// The number of nodes in which paths may start.
+    pub starts: usize,
+    /// True if the nodes state the memory of monitors.
+    pub is_watched: bool,
+}
+
+/// Returns the value that a strategy claims: a short decimal that its value surely attains; `None` for infinity.
+pub fn claim(policy: &PropertyPolicy) -> Option<Ratio> {
+    let Number { lower, upper, exact } = &policy.value;
+    let bound = if policy.is_great { lower } else { upper };
+    match exact {
+        Some(Exact::Int(x)) => Some(Ratio::from_integer((*x).into())),
+        Some(Exact::Real(Real::Finite(x))) => Some(short(x, policy.is_great)),
+        _ => shortest(*bound).map(|x| match Ratio::from_float(*bound) {
+            Some(exact) if x != exact => short(&exact, policy.is_great),
+            _ => x,
+        }),
+    }
+}
+
+fn short(x: &Ratio, is_great: bool) -> Ratio {
+    if *x < Ratio::default() { x.clone() } else { mix::short(x, is_great) }
+}
+
+/// Returns the strategy of a property as an object in JSON, with one line for each node.
+///
+/// # Errors
+/// A command has no meaning in some state.
+pub fn json(property: &str, policy: &PropertyPolicy, program: &Program) -> Result<String> {
+    let side = if policy.of_opponent { ",\n  \"side\": \"opponent\"" } else { "" };
+    let starts = if policy.starts == 1 { String::new() } else { format!("\"starts\": {}, ", policy.starts) };
+    let mut out = format!(
+        "{{\n  \"property\": {}{side},\n  \"strategies\": [{{\"share\": {}, \"values\": [{}], {starts}\"nodes\": [",
+        text(&property),
+        text(&Fraction(Ratio::one())),
+        text(&Claim(claim(policy))),
+    );
+    for (number, node) in policy.nodes.iter().enumerate() {
+        let comma = if number > 0 { "," } else { "" };
+        let _ = write!(out, "{comma}\n    {}", text(&entry(program, policy.watched.as_deref(), node)?));
+    }
+    out.push_str("\n  ]}]\n}\n");
+    Ok(out)
+}
+
+/// Returns the JSON of a value that always has one.
+fn text(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+fn entry(program: &Program, watched: Option<&Program>, node: &PolicyNode) -> Result<NodeEntry> {
+    let monitors = watched.map_or(&[][..], |watched| &watched.variables[program.variables.len()..]);
+    Ok(NodeEntry {
+        state: Valuation::new(program, &node.state),
+        memory: watched.map(|_| Valuation::of_variables(monitors, &node.memory)),
+        decided: None,
+        steps: (node.steps > 0).then_some(node.steps),
+        round: (node.round > 0).then_some(node.round),
+        other: node.theirs,
+        actions: mix::actions(program, &node.state, &node.choices)?,
+    })
+}
+
+impl File {
+    /// Returns whether it is the strategy of the opponent.
+    pub fn is_of_opponent(&self) -> bool {
+        self.side == Some(Side::Opponent)
+    }
+
+    /// Returns the strategy of one operator; `watched` is the program with the monitors of its formula.
+    ///
+    /// # Errors
+    /// There are several strategies; a state or an action is none of the model.
+    pub fn policy(
+        &self,
+        source: &Arc<SourceFile>,
+        program: &Program,
+        watched: Option<&Program>,
+    ) -> Result<ReadPolicy> {
+        let wrong = |message: String| Error::from(Diagnostic::new(source, 0..0, message));
+        let [own] = &self.strategies[..] else {
+            return Err(wrong("expected one strategy for one operator".to_owned()));
+        };
+        if own.share.as_ref().is_some_and(|share| !share.0.is_one()) {
+            return Err(wrong("the share of the only strategy is 1".to_owned()));
+        }
+        let [Claim(value)] = &own.values[..] else {
+            return Err(wrong("expected one value for one operator".to_owned()));
+        };
+        let starts = own.starts.unwrap_or(1);
+        if starts == 0 || starts > own.nodes.len() {
+            return Err(wrong(format!("{starts} starts of {} nodes", own.nodes.len())));
+        }
+        let is_watched = watched.is_some() && own.nodes.iter().any(|node| node.memory.is_some());
+        let monitors = watched.map_or(&[][..], |watched| &watched.variables[program.variables.len()..]);
+        let monitors = if is_watched { monitors } else { &[] };
+        let mut nodes = Vec::with_capacity(own.nodes.len());
+        for (number, node) in own.nodes.iter().enumerate() {
+            let wrong = |message| wrong(format!("node {number}: in `{}`: {message}", node.state));
+            let state =
+                node.state.state(program).ok_or_else(|| wrong("not a state of the model".to_owned()))?;
+            let memory = node.memory.clone().unwrap_or_default().values(monitors);
+            let memory = memory.ok_or_else(|| {
+                wrong("the memory does not have the states of the monitors of the formula".to_owned())
+            })?;
+            let choices = mix::taken(program, &state, &node.actions).map_err(wrong)?;
+            let (steps, round) = (node.steps.unwrap_or_default(), node.round.unwrap_or_default());
+            nodes.push(PolicyNode { state, memory, steps, round, theirs: node.other, choices });
+        }
+        Ok(ReadPolicy { value: value.clone(), nodes, starts, is_watched })
+    }
+}

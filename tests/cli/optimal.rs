@@ -1,0 +1,234 @@
+//! Strategies of properties of one operator: written, verified, changed and run.
+
+use serde_json::{Value as Json, json};
+
+use super::common::{Finished, Scratch, meliora};
+
+const MODEL: &str = "mdp
+module walk
+  x : [0..4] init 0;
+  [left] x=0 -> 1/4:(x'=1) + 3/4:(x'=3);
+  [right] x=0 -> 1/2:(x'=2) + 1/2:(x'=0);
+  [wait] x=0 -> true;
+  [a] x=2 -> 3/10:(x'=1) + 7/10:(x'=0);
+  [b] x=2 -> 1/2:(x'=3) + 1/2:(x'=4);
+  [stay] x=1 -> true;
+  [back] x=1 -> (x'=0);
+  [end] x>2 -> true;
+endmodule
+rewards \"c\"
+  [left] true : 1;
+  [right] true : 2;
+  x=2 : 3;
+  [back] true : 1/2;
+endrewards
+";
+
+const GAME: &str = "smg
+player us [a], [b] endplayer
+player them [c], [d] endplayer
+module m
+  x : [0..4] init 0;
+  [a] x=0 -> 1/2:(x'=1) + 1/2:(x'=2);
+  [b] x=0 -> (x'=1);
+  [c] x=1 -> 1/3:(x'=3) + 2/3:(x'=4);
+  [d] x=1 -> 3/4:(x'=3) + 1/4:(x'=0);
+  [a] x>1 -> true;
+endmodule
+";
+
+/// Asks for the strategy of a property; returns the report and the file.
+fn written(scratch: &Scratch, property: &str, option: &str) -> (Json, Json) {
+    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
+    let asked = ["reach", &model, "--property", property, option, &out, "--json"];
+    let found = Finished::of(meliora().args(asked)).expect(0).json();
+    let file = std::fs::read_to_string(scratch.path("policy.json")).unwrap();
+    (found, serde_json::from_str(&file).unwrap())
+}
+
+fn verified(scratch: &Scratch, file: &Json) -> Finished {
+    std::fs::write(scratch.path("policy.json"), file.to_string()).unwrap();
+    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
+    Finished::of(meliora().args(["verify", &out, &model, "--json"]))
+}
+
+fn nodes(file: &Json) -> &Vec<Json> {
+    file["strategies"][0]["nodes"].as_array().unwrap()
+}
+
+/// Returns the action of the node of a state.
+fn action(file: &Json, x: i64) -> String {
+    let node = nodes(file).iter().find(|node| node["state"]["x"] == json!(x)).unwrap();
+    node["actions"][0]["action"].as_str().unwrap().to_owned()
+}
+
+/// Only almost-sure targets, planning problems and `multi` had a strategy.
+#[test]
+fn each_kind_of_operator_has_a_strategy_that_attains_its_value() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let kinds = [
+        ("Pmax=? [ F x=4 ]", 0.5),
+        ("Pmin=? [ F x=1 | x=3 ]", 0.0),
+        ("Pmax=? [ x<3 U x=1 ]", 1.0),
+        ("Pmax=? [ F<=2 x=1 ]", 0.275),
+        ("Pmax=? [ F<=5 x=4 ]", 0.46875),
+        ("Pmax=? [ F[2,4] x=2 ]", 0.875),
+        ("Pmin=? [ G<=3 x<3 ]", 0.0625),
+        ("Pmax=? [ X x=3 ]", 0.75),
+        ("Pmax=? [ (G F x=1) & (G F x=2) ]", 1.0),
+        ("Pmax=? [ (F x=1) & (F x=4) ]", 0.5),
+        ("Pmin=? [ (F G x=3) | (G F x=1) ]", 0.0),
+        ("R{\"c\"}min=? [ F x>2 ]", 1.5),
+        ("R{\"c\"}min=? [ F (x=1 & X x=0) ]", 143.0 / 6.0),
+        ("R{\"c\"}max=? [ C<=6 ]", 13.048125),
+        ("R{\"c\"}max=? [ I=3 ]", 1.5),
+        ("R{\"c\"}max=? [ S ]", 13.0 / 6.0),
+        ("Smax=? [ x=2 ]", 10.0 / 33.0),
+        ("Pmax>=0.4 [ F x=4 ]", 0.5),
+        ("Pmax=? [ F Pmax>=0.6 [ X x=0 ] ]", 1.0),
+    ];
+    for (property, value) in kinds {
+        let (found, file) = written(&scratch, property, "--policy");
+        let claimed = file["strategies"][0]["values"][0].as_f64().unwrap();
+        assert!((claimed - value).abs() < 1e-5, "{property}: {claimed} {value}");
+        if let Some(answer) = found["properties"][0]["value"]["lower"].as_f64() {
+            assert!((claimed - answer).abs() < 1e-5, "{property}: {claimed} {answer}");
+        }
+        let report = verified(&scratch, &file).expect(0).json();
+        assert_eq!(report["accepted"], true, "{property}");
+    }
+}
+
+/// An infinite reward is a claim like others, and no strategy has the least one.
+#[test]
+fn infinite_rewards_have_a_strategy_where_they_are_wanted() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    for property in ["R{\"c\"}max=? [ F x=3 ]", "R{\"c\"}max=? [ C ]"] {
+        let (_, file) = written(&scratch, property, "--policy");
+        assert_eq!(file["strategies"][0]["values"], json!(["infinity"]), "{property}");
+        verified(&scratch, &file).expect(0);
+    }
+    let mut lie = written(&scratch, "R{\"c\"}max=? [ C<=9 ]", "--policy").1;
+    lie["strategies"][0]["values"] = json!(["infinity"]);
+    verified(&scratch, &lie).expect(1);
+    let none = scratch.show("none.json");
+    let model = scratch.show("m.prism");
+    let unreached = "R{\"c\"}min=? [ F x=9 ]";
+    let found = Finished::of(meliora().args(["reach", &model, "--property", unreached, "--policy", &none]));
+    assert!(found.expect(0).stderr.contains("no strategy is written"));
+    assert!(!scratch.path("none.json").exists());
+}
+
+/// A choice that only keeps the value may turn in circles for ever.
+#[test]
+fn where_values_tie_the_strategy_makes_progress() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, file) = written(&scratch, "Pmax=? [ F x=1 ]", "--policy");
+    assert_eq!(action(&file, 0), "right");
+    assert_eq!(file["strategies"][0]["values"], json!([1.0]));
+}
+
+#[test]
+fn both_sides_of_a_game_have_a_strategy() {
+    let scratch = Scratch::new(&[("m.prism", GAME)]);
+    for property in ["<<us>> Pmax=? [ F x=3 ]", "<<us>> Pmax=? [ F<=3 x=3 ]", "<<us>> Pmin=? [ G x!=4 ]"] {
+        let (_, ours) = written(&scratch, property, "--policy");
+        let (_, theirs) = written(&scratch, property, "--opponent-policy");
+        assert_eq!(theirs["side"], "opponent");
+        let [a, b] = [&ours, &theirs].map(|file| file["strategies"][0]["values"][0].as_f64().unwrap());
+        assert!((a - b).abs() < 1e-6, "{property}: {a} {b}");
+        for file in [&ours, &theirs] {
+            verified(&scratch, file).expect(0);
+        }
+        assert!(nodes(&ours).iter().any(|node| node["other"] == true), "{ours}");
+        let mut lie = ours.clone();
+        let both = lie["strategies"][0]["nodes"].as_array_mut().unwrap();
+        let node = both.iter_mut().find(|node| node["other"] == true).unwrap();
+        node["actions"].as_array_mut().unwrap().pop();
+        verified(&scratch, &lie).expect(1);
+    }
+    let model = scratch.show("m.prism");
+    let of_rules = ["reach", &model, "--target", "x=3", "--opponent-policy", "-"];
+    assert!(Finished::of(meliora().args(of_rules)).expect(2).stderr.contains("one property of a game"));
+}
+
+/// Changes a file into one that is false.
+type Lie = fn(&mut Json);
+
+#[test]
+fn lies_about_a_strategy_are_refused() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let lies: [(Lie, i32); 9] = [
+        (|s| s["values"] = json!(["0.46876"]), 1),
+        (|s| s["nodes"][0]["steps"] = json!(1), 1),
+        (|s| s["nodes"][1]["steps"] = json!(4), 1),
+        (|s| s["nodes"][0]["actions"] = json!([]), 1),
+        (|s| s["nodes"][0]["actions"][0]["successors"][0]["probability"] = json!(0.25), 1),
+        (|s| s["nodes"][0]["actions"][0]["successors"][0]["node"] = json!(0), 1),
+        (|s| s["nodes"][0]["actions"][0]["position"] = json!(0), 3),
+        (|s| s["nodes"][0]["state"]["x"] = json!(1), 3),
+        (|s| s["share"] = json!(0.5), 3),
+    ];
+    let (_, file) = written(&scratch, "Pmax=? [ F<=5 x=4 ]", "--policy");
+    for (number, (lie, status)) in lies.into_iter().enumerate() {
+        let mut changed = file.clone();
+        lie(&mut changed["strategies"][0]);
+        let found = verified(&scratch, &changed);
+        assert_eq!(found.status, status, "{number}: {}{}", found.stdout, found.stderr);
+    }
+    let mut bound = written(&scratch, "Pmax>=0.4 [ F x=4 ]", "--policy").1;
+    bound["property"] = json!("Pmax>=0.6 [ F x=4 ]");
+    let refused = verified(&scratch, &bound).expect(1).json();
+    assert_eq!(refused["violation"]["condition"], "the strategy does not satisfy the property");
+}
+
+/// The memory of a formula is that of its monitors.
+#[test]
+fn lies_about_the_memory_of_a_formula_are_refused() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, file) = written(&scratch, "Pmax=? [ (F x=1) & (F x=4) ]", "--policy");
+    let memories: Vec<&Json> = nodes(&file).iter().map(|node| &node["memory"]).collect();
+    let other = memories.iter().find(|memory| **memory != memories[0]).unwrap();
+    let mut lie = file.clone();
+    lie["strategies"][0]["nodes"][0]["memory"] = (*other).clone();
+    verified(&scratch, &lie).expect(1);
+    let mut without = file.clone();
+    for node in without["strategies"][0]["nodes"].as_array_mut().unwrap() {
+        node.as_object_mut().unwrap().remove("memory");
+    }
+    verified(&scratch, &without).expect(0);
+}
+
+#[test]
+fn several_initial_states_have_one_strategy_with_the_worst_value() {
+    let several = MODEL.replace("init 0;", ";") + "init x<3 endinit\n";
+    let scratch = Scratch::new(&[("m.prism", &several)]);
+    let (_, file) = written(&scratch, "Pmax=? [ F x=4 ]", "--policy");
+    assert_eq!(file["strategies"][0]["starts"], 3);
+    assert!((file["strategies"][0]["values"][0].as_f64().unwrap() - 0.5).abs() < 1e-6);
+    verified(&scratch, &file).expect(0);
+    let mut fewer = file.clone();
+    fewer["strategies"][0]["starts"] = json!(2);
+    verified(&scratch, &fewer).expect(1);
+}
+
+#[test]
+fn runs_measure_the_value_of_a_strategy() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    for property in
+        ["Pmax=? [ F<=5 x=4 ]", "R{\"c\"}min=? [ F x>2 ]", "R{\"c\"}max=? [ C<=6 ]", "R{\"c\"}max=? [ I=3 ]"]
+    {
+        written(&scratch, property, "--policy");
+        let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
+        let asked = ["simulate", &model, "--policy", &out, "--runs", "2000", "--json"];
+        let found = Finished::of(meliora().args(asked)).expect(0).json();
+        let objective = &found["runs"]["objectives"][0];
+        let [low, high] = [0, 1].map(|at| objective["interval"][at].as_f64().unwrap());
+        let claimed = objective["claimed"].as_f64().unwrap();
+        assert!(low <= claimed && claimed <= high, "{property}: {objective}");
+    }
+    written(&scratch, "R{\"c\"}max=? [ S ]", "--policy");
+    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
+    let found = Finished::of(meliora().args(["simulate", &model, "--policy", &out])).expect(2);
+    assert!(found.stderr.contains("`verify` computes the value"), "{}", found.stderr);
+}
