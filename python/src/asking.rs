@@ -195,7 +195,8 @@ impl Model {
         }
         let (space, settings, is_any) = model.space(&ExploreOptions { scope, engine, memory, order })?;
         let engine = selection(&settings, is_any);
-        let (require, strategies) = (require.unwrap_or_default(), WantedStrategies { strong, policy });
+        let (require, strategies) =
+            (require.unwrap_or_default(), WantedStrategies { strong, policy, opponent: false });
         let ask = meliora::Ask { require, precision, strategies, engine };
         let (call, inner, is_one) = (Call::new(timeout, progress)?, model.inner.clone(), given.is_one());
         let found = space.worker.phase(py, &call, "properties", move || given.ask(&inner, &ask, settings))?;

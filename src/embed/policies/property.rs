@@ -8,7 +8,6 @@ use meliora_base::decimal::readable;
 use meliora_base::error::{Error, Result, SourceFile};
 use meliora_base::exact::Real;
 use meliora_base::random::Draw;
-use meliora_engine::explicit::initial_states;
 use meliora_engine::{ExplicitEngine, Settings};
 use meliora_lang::parse_property;
 use meliora_lang::property::{Named, Term};
@@ -22,6 +21,7 @@ use meliora_report::PolicyReport;
 use meliora_report::mix::File;
 use meliora_report::policy_report::{ObjectiveValue, PolicyRuns, StrategyValues};
 use meliora_report::property_policy::ReadPolicy;
+use meliora_space::initial::initial_states;
 
 /// A strategy with its model.
 pub(super) struct OfProperty {

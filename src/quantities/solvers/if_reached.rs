@@ -10,7 +10,7 @@ use ahash::AHashMap;
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
-use meliora_engine::explicit::weighted::Fractions;
+use meliora_space::weighted::Fractions;
 use num_traits::{One, Zero};
 
 use super::reaching::{Collected, Reaching, Vector};

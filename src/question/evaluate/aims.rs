@@ -103,15 +103,17 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                         None => return Err(unknown()),
                     },
                     Accumulated::Anyway(states) => Accumulation::Anyway(members(states)?),
+                    Accumulated::IfReached(states) => Accumulation::IfReached(members(states)?),
                     Accumulated::Within(steps) => Accumulation::Within(*steps),
                     Accumulated::Total => Accumulation::Total,
                     Accumulated::At(steps) => Accumulation::At(*steps),
                     Accumulated::LongRun => Accumulation::LongRun,
                 };
                 let rewards = match accumulation {
-                    Accumulation::Until(_) | Accumulation::Anyway(_) | Accumulation::Total => {
-                        arena.rewards(self.engine, structure)?
-                    }
+                    Accumulation::Until(_)
+                    | Accumulation::Anyway(_)
+                    | Accumulation::IfReached(_)
+                    | Accumulation::Total => arena.rewards(self.engine, structure)?,
                     _ => arena.rewards_above_least(structure)?.0,
                 };
                 (Wanted::Reward(Box::new(rewards), accumulation), false)

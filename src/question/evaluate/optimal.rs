@@ -93,7 +93,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     fn frozen(&self, measured: &Measured) -> Result<Measured> {
         let mut measured = measured.clone();
         match &mut measured.measure {
-            Measure::LongRun(states) | Measure::Reward(_, Accumulated::Anyway(states)) => {
+            Measure::LongRun(states)
+            | Measure::Reward(_, Accumulated::Anyway(states) | Accumulated::IfReached(states)) => {
                 self.freeze(states)?
             }
             Measure::Probability(path) | Measure::Reward(_, Accumulated::Until(path)) => {
@@ -289,7 +290,7 @@ impl Played<'_> {
             },
             Measure::Reward(_, accumulated) => match accumulated {
                 Accumulated::Until(path) => target(path).is_some_and(holds),
-                Accumulated::Anyway(target) => holds(target),
+                Accumulated::Anyway(target) | Accumulated::IfReached(target) => holds(target),
                 Accumulated::Within(most) | Accumulated::At(most) => steps >= *most,
                 Accumulated::Total | Accumulated::LongRun => false,
             },

@@ -99,7 +99,9 @@ impl Played<'_> {
                     let end = members(target(path).ok_or_else(undecided)?);
                     Counts::Sum { near: near(links, &end, &all(true)), end, most: None }
                 }
-                Accumulated::Anyway(_) | Accumulated::LongRun => return Err(undecided()),
+                Accumulated::Anyway(_) | Accumulated::IfReached(_) | Accumulated::LongRun => {
+                    return Err(undecided());
+                }
             },
             Measure::Probability(_) | Measure::LongRun(_) => return Err(undecided()),
         })

@@ -22,7 +22,7 @@ mod steps;
 use std::sync::Arc;
 
 use bitvec::vec::BitVec;
-use meliora_base::error::Result;
+use meliora_base::error::{Error, Result};
 use meliora_model::Optimum;
 
 use self::equations::Equations;
@@ -100,6 +100,10 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
                 until_target(arena, rewards, (accumulation, target), goal, precision)
             }
             Accumulation::Anyway(target) => earned(arena, rewards, (accumulation, target), goal, precision),
+            Accumulation::IfReached(_) => {
+                let message = "strategies for `F0` depend on the reward so far: they are not supported";
+                Err(Error::Usage(message.to_owned()))
+            }
             Accumulation::Total => {
                 let nowhere = BitVec::repeat(false, arena.states());
                 earned(arena, rewards, (accumulation, &nowhere), goal, precision)
