@@ -214,6 +214,7 @@ impl Task {
             drawing: 0,
             rounded: None,
             players: self.players(),
+            ahead: Vec::new(),
         })
     }
 
@@ -368,6 +369,8 @@ struct Frontier {
     drawing: u64,
     rounded: Option<State>,
     players: Option<PlayersFound>,
+    /// The successors of the state that is explored.
+    ahead: Vec<u32>,
 }
 
 impl Frontier {
@@ -387,15 +390,14 @@ impl Frontier {
             self.deadlocks.push(self.next);
         }
         if stepper.ends.is_empty() {
-            self.graph.add(self.next as u32)?;
+            self.graph.extend(&[self.next as u32])?;
             self.graph.end_choice()?;
         }
         self.drawing += u64::from(stepper.draws);
+        self.space.numbers(stepper.steps.iter().map(|step| sum(code, step)), &mut self.ahead)?;
         let mut at = 0;
         for &end in &stepper.ends {
-            for step in &stepper.steps[at..end as usize] {
-                self.graph.add(self.space.number(&sum(code, step))?)?;
-            }
+            self.graph.extend(&self.ahead[at..end as usize])?;
             self.graph.end_choice()?;
             at = end as usize;
         }
@@ -434,6 +436,23 @@ impl Space {
         match self {
             Space::Indexed(index) => index.intern::<W>(code),
             Space::Every(_) => Ok(code[0] as u32),
+        }
+    }
+
+    /// Replaces the content of `numbers` by those of the states with these codes; assigns new ones if necessary.
+    #[inline]
+    fn numbers<const W: usize>(
+        &mut self,
+        codes: impl Iterator<Item = [u64; W]> + Clone,
+        numbers: &mut Vec<u32>,
+    ) -> Result<()> {
+        match self {
+            Space::Indexed(index) => index.intern_all(codes, numbers),
+            Space::Every(_) => {
+                numbers.clear();
+                numbers.extend(codes.map(|code| code[0] as u32));
+                Ok(())
+            }
         }
     }
 

@@ -63,10 +63,10 @@ impl Graph {
         Ok(graph)
     }
 
-    /// Adds a successor to the current choice.
+    /// Adds successors to the current choice.
     #[inline]
-    pub fn add(&mut self, state: u32) -> Result<()> {
-        self.successors.push(state)
+    pub fn extend(&mut self, states: &[u32]) -> Result<()> {
+        self.successors.extend(states)
     }
 
     /// Ends the current choice; repeated successors count once.

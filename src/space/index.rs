@@ -1,19 +1,20 @@
 //! The states reached, each stored once, and a hash index from a code to its number.
+//!
+//! A slot of the table has 32 bits: the number of a state in as many low bits as numbers need, and a part of
+//! its hash in the others. A look-up reads one slot and one code, mostly, and both are far from the last ones
+//! in memory. So the slots of all successors of a state are read before the first code.
 
 use std::hash::{BuildHasher, Hasher};
 
 use ahash::RandomState;
-use hashbrown::HashTable;
 
-use super::meter::{Array, Charge, Meter};
+use super::meter::{Array, Meter};
 use meliora_base::error::{Limit, Result};
 
-/// A number that no state has.
+/// A number that no state has, and a slot without a number.
 pub const NOBODY: u32 = u32::MAX;
 /// Maximum number of states: a number is 32 bits, and [`NOBODY`] is none.
 const MOST_STATES: usize = 3 << 30;
-/// Bytes of the table for each slot: a number and a control byte.
-const SLOT: usize = 5;
 
 /// Codes in the order in which they were reached, with a hash table of their numbers.
 #[derive(Debug)]
@@ -21,23 +22,19 @@ pub struct Index {
     /// All codes, one after the other.
     codes: Array<u64>,
     words: usize,
-    numbers: HashTable<u32>,
+    /// The slots: a power of two, of which an eighth at least is free.
+    slots: Array<u32>,
     hasher: RandomState,
     meter: Meter,
-    charge: Charge,
+    /// The hashes and the first slots of the codes of one call.
+    looked: Vec<(u64, u32)>,
 }
 
 impl Index {
     /// Creates an empty index for codes of `words` words.
     pub fn new(words: usize, meter: &Meter) -> Self {
-        Index {
-            codes: Array::new(meter),
-            words,
-            numbers: HashTable::new(),
-            hasher: hasher(),
-            meter: meter.clone(),
-            charge: meter.note(0),
-        }
+        let (codes, slots) = (Array::new(meter), Array::new(meter));
+        Index { codes, words, slots, hasher: hasher(), meter: meter.clone(), looked: Vec::new() }
     }
 
     /// Returns the number of states.
@@ -59,17 +56,45 @@ impl Index {
     #[inline]
     pub fn intern<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
         let hash = hash(&self.hasher, code.iter().copied());
-        let same = |&id: &u32| self.codes[id as usize * W..][..W] == code[..];
-        match self.numbers.find(hash, same) {
-            Some(&id) => Ok(id),
+        match self.search(code, hash) {
+            Some(number) => Ok(number),
             None => self.insert(code, hash),
         }
     }
 
+    /// Replaces the content of `numbers` by those of some codes in their order, new ones for those that are new.
+    ///
+    /// # Errors
+    /// The errors of [`Index::intern`].
+    #[inline]
+    pub fn intern_all<const W: usize>(
+        &mut self,
+        codes: impl Iterator<Item = [u64; W]> + Clone,
+        numbers: &mut Vec<u32>,
+    ) -> Result<()> {
+        let size = self.slots.len();
+        let Index { slots, hasher, looked, .. } = self;
+        looked.clear();
+        looked.extend(codes.clone().map(|code| {
+            let hash = hash(hasher, code.iter().copied());
+            (hash, slots.get(hash as usize & size.wrapping_sub(1)).copied().unwrap_or(NOBODY))
+        }));
+        numbers.clear();
+        for (at, code) in codes.enumerate() {
+            let (hash, slot) = self.looked[at];
+            // Slots of a table that has grown meanwhile mean nothing.
+            let first = (self.slots.len() == size).then(|| self.matches(slot, &code, hash)).flatten();
+            numbers.push(match first.or_else(|| self.search(&code, hash)) {
+                Some(number) => number,
+                None => self.insert(&code, hash)?,
+            });
+        }
+        Ok(())
+    }
+
     /// Returns the number of a code, if the code is known.
     pub fn find(&self, code: &[u64]) -> Option<u32> {
-        let same = |&id: &u32| self.code(id as usize) == code;
-        self.numbers.find(hash(&self.hasher, code.iter().copied()), same).copied()
+        self.search(code, hash(&self.hasher, code.iter().copied()))
     }
 
     /// Frees unused capacity.
@@ -77,19 +102,45 @@ impl Index {
         self.codes.shrink();
     }
 
-    fn insert(&mut self, code: &[u64], hash: u64) -> Result<u32> {
-        let id = self.states();
-        if id >= MOST_STATES {
-            return Err(Limit::States(id as u64).into());
+    /// Returns the number in a slot, if it is that of a code.
+    #[inline]
+    fn matches(&self, slot: u32, code: &[u64], hash: u64) -> Option<u32> {
+        let low = self.slots.len().wrapping_sub(1) as u32;
+        let number = slot & low;
+        let is_same = slot != NOBODY
+            && (slot ^ part(hash)) & !low == 0
+            && self.codes[number as usize * code.len()..][..code.len()] == *code;
+        is_same.then_some(number)
+    }
+
+    #[inline]
+    fn search(&self, code: &[u64], hash: u64) -> Option<u32> {
+        let mask = self.slots.len().checked_sub(1)?;
+        let mut at = hash as usize & mask;
+        loop {
+            let slot = self.slots[at];
+            if slot == NOBODY {
+                return None;
+            }
+            if let Some(number) = self.matches(slot, code, hash) {
+                return Some(number);
+            }
+            at = (at + 1) & mask;
         }
-        if self.numbers.len() == self.numbers.capacity() {
-            self.meter.reached(id);
-            self.reserve(2 * id.max(1 << 8))?;
+    }
+
+    fn insert(&mut self, code: &[u64], hash: u64) -> Result<u32> {
+        let number = self.states();
+        if number >= MOST_STATES {
+            return Err(Limit::States(number as u64).into());
+        }
+        if room(self.slots.len()) <= number {
+            self.meter.reached(number);
+            self.reserve(2 * number.max(1 << 8))?;
         }
         self.codes.extend(code)?;
-        let Index { codes, words, numbers, hasher, .. } = self;
-        numbers.insert_unique(hash, id as u32, rehash(hasher, codes, *words));
-        Ok(id as u32)
+        enter(&mut self.slots, hash, number as u32);
+        Ok(number as u32)
     }
 
     /// Makes room in the table for a number of states. The old and the new table exist while numbers move.
@@ -97,17 +148,37 @@ impl Index {
     /// # Errors
     /// The memory limit is reached.
     pub fn reserve(&mut self, states: usize) -> Result<()> {
-        let more = states.saturating_sub(self.numbers.len());
-        if more <= self.numbers.capacity() - self.numbers.len() {
+        if states <= room(self.slots.len()) {
             return Ok(());
         }
-        let slots = (states * 8 / 7).next_power_of_two();
-        let charge = self.meter.charge(slots * SLOT)?;
-        let Index { codes, words, numbers, hasher, .. } = self;
-        numbers.try_reserve(more, rehash(hasher, codes, *words)).map_err(|_| self.meter.full())?;
-        self.charge = charge;
+        let mut slots = Array::filled(&self.meter, (states * 8).div_ceil(7).next_power_of_two(), NOBODY)?;
+        for (number, code) in (0..).zip(self.codes.chunks_exact(self.words)) {
+            enter(&mut slots, hash(&self.hasher, code.iter().copied()), number);
+        }
+        self.slots = slots;
         Ok(())
     }
+}
+
+/// Returns the number of states for which a table has room.
+fn room(slots: usize) -> usize {
+    slots - slots.div_ceil(8)
+}
+
+/// Returns the part of a hash that slots contain, in their high bits.
+#[inline]
+fn part(hash: u64) -> u32 {
+    (hash >> 32) as u32
+}
+
+/// Enters a number that is not in the slots, of which one is free.
+fn enter(slots: &mut [u32], hash: u64, number: u32) {
+    let mask = slots.len() - 1;
+    let mut at = hash as usize & mask;
+    while slots[at] != NOBODY {
+        at = (at + 1) & mask;
+    }
+    slots[at] = part(hash) & !(mask as u32) | number;
 }
 
 /// Returns a hash function. Its seeds are fixed: results do not depend on them, and run times should not either.
@@ -125,11 +196,6 @@ pub fn hash(hasher: &RandomState, words: impl Iterator<Item = u64>) -> u64 {
     hasher.finish()
 }
 
-/// Returns the hash of a number: that of its code.
-fn rehash<'a>(hasher: &'a RandomState, codes: &'a [u64], words: usize) -> impl Fn(&u32) -> u64 + 'a {
-    move |&id| hash(hasher, codes[id as usize * words..][..words].iter().copied())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -141,13 +207,13 @@ mod tests {
         assert!(index.reserve(1 << 20).is_err());
         assert_eq!(meter.used(), 0);
         index.reserve(20_000).unwrap();
-        let room = index.numbers.capacity();
-        assert!((20_000..60_000).contains(&room), "{room}");
+        let slots = index.slots.len();
+        assert_eq!(slots, 32_768);
         for i in 0..20_000 {
             assert_eq!(index.intern(&[i]).unwrap(), i as u32);
         }
         index.reserve(10_000).unwrap();
-        assert_eq!(index.numbers.capacity(), room);
+        assert_eq!(index.slots.len(), slots);
     }
 
     #[test]
@@ -160,6 +226,11 @@ mod tests {
             assert_eq!(index.intern::<2>(&code(i / 2)).unwrap(), (i / 2) as u32);
         }
         assert!((0..20_000).all(|i| index.find(&code(i)) == Some(i as u32)));
-        assert_eq!(index.find(&code(20_000)), None);
+        // Also while the table grows.
+        let mut all = Vec::new();
+        let numbers = (19_990..70_000).chain(20_000..20_010);
+        index.intern_all(numbers.clone().map(code), &mut all).unwrap();
+        assert_eq!(all, numbers.map(|i| i as u32).collect::<Vec<u32>>());
+        assert_eq!(index.find(&code(70_000)), None);
     }
 }

@@ -13,7 +13,7 @@
 //!
 //! | of | bytes |
 //! | --- | --- |
-//! | a state | 8 per word of its code, 5 to 12 for the table of numbers, 4 for its row of choices |
+//! | a state | 8 per word of its code, 5 to 10 for the table of numbers, 4 for its row of choices |
 //! | a choice | 4 for its row of successors |
 //! | a transition | 4 for the successor |
 //! | the reversed graph | 4 per state and per transition, and 0.75 per choice if states have several |

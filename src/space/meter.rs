@@ -134,7 +134,7 @@ impl<T: Copy> Array<T> {
     #[inline]
     pub fn extend(&mut self, items: &[T]) -> Result<()> {
         if self.items.capacity() - self.items.len() < items.len() {
-            self.grow(self.items.len() / 2 + 64 + items.len())?;
+            self.grow((self.items.len() / 2 + 64).max(items.len()))?;
         }
         self.items.extend_from_slice(items);
         Ok(())
