@@ -47,7 +47,7 @@ const LOOKS: u64 = 16;
 #[derive(Debug)]
 pub enum Space {
     /// The states reached, numbered in this order.
-    Indexed(Index),
+    Indexed(Box<Index>),
     /// Every valuation, numbered in the order of the values; contains their number.
     Every(usize),
 }
@@ -196,7 +196,7 @@ impl Task {
             Some(n) => (Space::Every(n as usize), None),
             None => {
                 let index = Index::new(self.layout.words(), &self.meter);
-                (Space::Indexed(index), Some(self.search()?))
+                (Space::Indexed(Box::new(index)), Some(self.search()?))
             }
         };
         let begin = self.program.monitors.as_ref().map(|o| o.begin);
