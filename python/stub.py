@@ -86,7 +86,7 @@ ARGUMENTS = {
     "Model._restore.constants": "str", "Model.from_transitions.actions": "Sequence[str] | None",
     "Model.from_transitions.states": "Sequence[Any] | None", "Model.labels": "Mapping[str, _States] | None",
     "Model.players": "str | int", "Model.policy": "_Path | dict[str, Any] | list[Any]",
-    "Model.ask.policy": "bool", "Model.simulate_policy.preferences": "Preferences | _Path | None",
+    "Model.ask.policy": "bool", "Model.ask.opponent_policy": "bool", "Model.simulate_policy.preferences": "Preferences | _Path | None",
     "Model.verify_policy.preferences": "Preferences | _Path | None", "Model.rewards": "Mapping[str, Any] | None", "Model.source": "_Path | bytes",
     "Model.start": "_States | None", "Model.transitions": "_Transitions", "Preferences.empty": "_Empty",
     "Preferences.history": 'Literal["state", "play"] | None', "Preferences.objectives": "dict[str, str]",

@@ -268,8 +268,8 @@ pub mod commands {
     #[doc(inline)]
     #[cfg(feature = "output")]
     pub use crate::embed::{
-        GivenPolicy, Kept, PageRun, PolicyAim, Work, check, compare, dump_files, explicit_files, region_dump,
-        strategies, values,
+        GivenPolicy, Kept, PageRun, PolicyAim, Work, check, compare, dump_files, explicit_files,
+        induced_files, region_dump, strategies, values,
     };
 }
 
@@ -323,9 +323,9 @@ pub mod quantities {
 pub mod question {
     #[doc(inline)]
     pub use meliora_question::{
-        Answer, Answers, Asking, Job, Listener, Options, PathGoal, Questions, Required, Stopping, Strategies,
-        Target, Under, WantedStrategies, Warning, answers, check_start, evaluate, list, pipeline, plan, race,
-        regions,
+        Answer, Answers, Asking, Job, Listener, Options, PathGoal, PolicyKind, Questions, Required, Stopping,
+        Strategies, Target, Under, WantedStrategies, Warning, answers, check_start, evaluate, list, pipeline,
+        plan, race, regions,
     };
 }
 

@@ -158,8 +158,10 @@ impl Model {
     ///     constants: Values of the constants that the file leaves undefined, by name.
     ///     require: Safe formulas such as 'G x < 3' that every strategy must keep.
     ///     precision: The largest width of the bounds of a number, relative to the number above 1.
-    ///     policy: Also return, as `policy`, what `meliora reach --policy` writes: a policy that reaches the target of
-    ///         the only property almost surely, or the strategies of `multi`. None if there are none.
+    ///     policy: Also return, as `policy`, what `meliora reach --policy` writes: the strategy that attains the answer to
+    ///         the only property, the strategies of `multi`, or for `Pmax>=1 [ F … ]` a list of rules. None if there are
+    ///         none. `Policy` follows it.
+    ///     opponent_policy: Also return, as `opponent_policy`, the strategy of the opponent of a game.
     ///     strong: Also return, as `plan`, whether a strong plan exists: every path reaches the target within a bound.
     ///     engine: "auto" (default): the first way to end has the answer.
     ///     scope, memory, order, timeout, progress: As in `explore`. Of several properties, each has a share of the time.
@@ -170,7 +172,7 @@ impl Model {
     /// Raises:
     ///     InputError: A text is wrong, or the only property cannot be answered.
     ///     LimitError: A limit was reached; its `known["properties"]` has the answers so far.
-    #[pyo3(signature = (properties=None, *, file=None, constants=None, require=None, precision=1e-6, policy=false, strong=false, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
+    #[pyo3(signature = (properties=None, *, file=None, constants=None, require=None, precision=1e-6, policy=false, opponent_policy=false, strong=false, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn ask(
         slf: &Bound<'_, Self>,
@@ -180,6 +182,7 @@ impl Model {
         require: Option<Vec<String>>,
         precision: f64,
         policy: bool,
+        opponent_policy: bool,
         strong: bool,
         scope: &str,
         engine: &str,
@@ -195,8 +198,8 @@ impl Model {
         }
         let (space, settings, is_any) = model.space(&ExploreOptions { scope, engine, memory, order })?;
         let engine = selection(&settings, is_any);
-        let (require, strategies) =
-            (require.unwrap_or_default(), WantedStrategies { strong, policy, opponent: false });
+        let opponent = opponent_policy;
+        let (require, strategies) = (require.unwrap_or_default(), WantedStrategies { strong, policy, opponent });
         let ask = meliora::Ask { require, precision, strategies, engine };
         let (call, inner, is_one) = (Call::new(timeout, progress)?, model.inner.clone(), given.is_one());
         let found = space.worker.phase(py, &call, "properties", move || given.ask(&inner, &ask, settings))?;
@@ -208,6 +211,10 @@ impl Model {
         if policy {
             let text = found.policy_json().map_err(|error| Failure::of(error).raise(py))?;
             one.set_item("policy", text.map(|text| values::plain(py, Ok(text))).transpose()?)?;
+        }
+        if opponent_policy {
+            let text = found.opponent_json().map_err(|error| Failure::of(error).raise(py))?;
+            one.set_item("opponent_policy", text.map(|text| values::plain(py, Ok(text))).transpose()?)?;
         }
         if let Some(plan) = found.answers.one.and_then(|one| one.plan) {
             one.set_item("plan", values::plain(py, to_string(&plan))?)?;

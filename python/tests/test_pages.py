@@ -38,6 +38,17 @@ def test_the_code_of_a_page_runs_as_written(page: str, monkeypatch: pytest.Monke
     assert (names["found"].sasi.counts, names["found"].spi.counts) == shown[page]
 
 
+def test_the_code_of_the_recipes_follows_a_strategy(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    names = run("docs/recipes.md")
+    assert [row["action"] for row in names["rows"]] == ["b", "stay", None, None]
+    policy = names["policy"]
+    policy.reset()
+    assert [policy({"s": 0}), policy({"s": 2}), policy({"s": 2})] == ["b", "stay", None]
+    with pytest.raises(KeyError):
+        policy({"s": 0})
+
+
 def test_the_code_of_the_page_on_games_says_what_its_comments_say(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
     names = run("docs/games.md")

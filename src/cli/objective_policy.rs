@@ -43,7 +43,7 @@ pub(super) fn policy_of(args: OfObjective, policy: PathBuf, shown: &ShownArgs) -
     let is_target = args.objective.is_some() || !preferences.as_os_str().is_empty();
     report.one = Some(OneQuestion { is_target, ..Default::default() });
     let inputs = args.preferences.inputs(&args.model);
-    let plan = PlanArgs { strong: false, policy: Some(policy), opponent_policy: None };
+    let plan = PlanArgs { policy: Some(policy), ..PlanArgs::default() };
     let out = plan.checked(true, &inputs)?;
     let (limits, shown) = (args.model.limits(), shown.of(&args.model));
     supervise(report, limits, &shown, move |job| {

@@ -1,5 +1,7 @@
 //! Answers the questions of `meliora reach`, and writes regions and strategies.
 
+use std::sync::Arc;
+
 use meliora::commands::region_dump;
 use meliora_base::error::Error;
 use meliora_question::evaluate::PropertyPolicy;
@@ -8,8 +10,9 @@ use meliora_report::{ReachReport, mix, policy, property_policy};
 
 use super::engines;
 use super::files::Target;
+use super::folder::Folder;
 use super::options::{EngineArgs, ModelArgs};
-use super::policy::PlanArgs;
+use super::policy::{PlanArgs, PolicyTargets};
 use super::regions::Regions;
 use super::supervise::Job;
 
@@ -22,7 +25,7 @@ pub(super) struct Given<'a> {
     /// True for one question, whose fields the report has.
     pub(super) is_one: bool,
     /// The plans that are asked for, and where the policy is written.
-    pub(super) plan: Option<(&'a PlanArgs, &'a [Option<Target>; 2])>,
+    pub(super) plan: Option<(&'a PlanArgs, &'a PolicyTargets)>,
 }
 
 /// Answers all questions.
@@ -65,28 +68,45 @@ impl Given<'_> {
     /// # Errors
     /// [`Error::Usage`].
     fn check(&self, asked: &Questions) -> Result<(), Error> {
-        let Some((plan, targets)) = self.plan else { return Ok(()) };
+        let Some((plan, PolicyTargets { own, opponent })) = self.plan else { return Ok(()) };
         asked.check(plan.wanted())?;
-        let what = match asked.policy_kind() {
-            PolicyKind::Rules => return Ok(()),
-            PolicyKind::Mix => "the strategies of `multi` are",
-            PolicyKind::Optimal => "the strategy of a property is",
+        let kind = asked.policy_kind();
+        let (what, extensions): (_, &[&str]) = match kind {
+            PolicyKind::Rules => ("", &[]),
+            PolicyKind::Mix => ("the strategies of `multi` are written as JSON", &["json"]),
+            PolicyKind::Optimal => {
+                ("the strategy of a property is written as JSON, CSV or DOT", &["json", "csv", "dot"])
+            }
         };
-        let is_json =
-            |target: &Target| target.is_stdout() || target.path().extension().is_some_and(|e| e == "json");
-        if !targets.iter().flatten().all(is_json) {
-            let message = format!("{what} written as JSON: give the file a name that ends with .json");
+        let fits = |target: &Target| {
+            let extension = target.path().extension().and_then(|extension| extension.to_str());
+            extensions.is_empty()
+                || target.is_stdout()
+                || extension.is_some_and(|own| extensions.contains(&own))
+        };
+        if ![own, opponent].into_iter().flatten().all(fits) {
+            let message = format!("{what}: give the file a name that ends with .{}", extensions.join(", ."));
             return Err(Error::Usage(message));
+        }
+        if let Some(directory) = plan.induced.as_ref().filter(|_| kind == PolicyKind::Optimal) {
+            Folder::new(directory, plan.format.names(&asked.program), &[])?;
+        } else if plan.induced.is_some() {
+            let message =
+                "`--induced` is for the strategy of a property of one operator, such as `Pmax=? [ F a ]`";
+            return Err(Error::Usage(message.to_owned()));
         }
         Ok(())
     }
 
     /// Writes the strategies that are asked for.
     fn write(&self, job: &Job<ReachReport>, asked: &Questions, found: &Strategies) -> Result<(), Error> {
-        let Some((plan, [own, opponent])) = self.plan else { return Ok(()) };
+        let Some((plan, PolicyTargets { own, opponent })) = self.plan else { return Ok(()) };
+        let program = &asked.program;
+        let is_missing = found.optimal.is_none() && plan.induced.is_some();
         let write = |out: &Option<Target>, text: Option<String>| match (out, text) {
             (Some(out), Some(text)) => out.write(&text),
-            (Some(_), None) => {
+            (None, _) if !is_missing => Ok(()),
+            _ => {
                 let missing = match asked.policy_kind() {
                     PolicyKind::Rules => "no policy is written: no strong cyclic plan exists",
                     PolicyKind::Mix => "no strategies are written: none satisfies the bounds",
@@ -95,10 +115,15 @@ impl Given<'_> {
                 job.sink.warn(missing);
                 Ok(())
             }
-            (None, _) => Ok(()),
         };
-        let program = &asked.program;
-        let optimal = |found: &PropertyPolicy| property_policy::json(&asked.text(), found, program);
+        let optimal = |out: &Option<Target>, found: &PropertyPolicy| {
+            let extension = out.as_ref().and_then(|out| out.path().extension()?.to_str());
+            match extension {
+                Some("csv") => property_policy::csv(found, program),
+                Some("dot") => property_policy::dot(found, program),
+                _ => property_policy::json(&asked.text(), found, program),
+            }
+        };
         let text = match found {
             Strategies { policy: Some(found), .. } if plan.is_json() => {
                 Some(policy::json(found, program)? + "\n")
@@ -107,10 +132,17 @@ impl Given<'_> {
             Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
                 Some(mix::json(&asked.text(), found, program)? + "\n")
             }
-            Strategies { optimal: Some(found), .. } => Some(optimal(found)?),
+            Strategies { optimal: Some(found), .. } if own.is_some() => Some(optimal(own, found)?),
             _ => None,
         };
         write(own, text)?;
-        write(opponent, found.opponent.as_ref().map(optimal).transpose()?)
+        if opponent.is_some() {
+            write(opponent, found.opponent.as_ref().map(|found| optimal(opponent, found)).transpose()?)?;
+        }
+        let (Some(directory), Some(found)) = (&plan.induced, &found.optimal) else { return Ok(()) };
+        let folder =
+            Folder::new(directory, plan.format.names(program), &Vec::from_iter(self.model.model.paths()))?;
+        let sink = Arc::clone(&job.sink);
+        folder.write(&plan.format.contents(found, program, &*sink)?).map(drop)
     }
 }

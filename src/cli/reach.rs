@@ -12,10 +12,9 @@ use meliora_report::ReachReport;
 
 use super::asked::{self, Texts};
 use super::exit::Status;
-use super::files::Target;
 use super::load;
 use super::options::{EngineArgs, ModelArgs, ShownArgs};
-use super::policy::PlanArgs;
+use super::policy::{PlanArgs, PolicyTargets};
 use super::progress::TerminalSink;
 use super::properties::{self, Chosen};
 use super::questions::{self, Given};
@@ -202,7 +201,7 @@ pub(super) fn run(args: ReachArgs) -> Result<Status, Error> {
     supervise(report, limits, &shown, move |job| work(job, &args, &policy))
 }
 
-fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: &[Option<Target>; 2]) -> Result<(), Error> {
+fn work(job: &Job<ReachReport>, args: &ReachArgs, policy: &PolicyTargets) -> Result<(), Error> {
     let (asked, entries) = job.timed("parse", || args.read(&job.sink), |r, s| r.time.add("parse", s))?;
     if asked.plan.asks_for_numbers() {
         load::note_assumed(&asked.program, &job.sink);

@@ -91,6 +91,15 @@ impl AskResult {
             _ => Ok(None),
         }
     }
+
+    /// Returns the strategy of the opponent as [`AskResult::policy_json`] does.
+    ///
+    /// # Errors
+    /// A command has no meaning in some state.
+    pub fn opponent_json(&self) -> Result<Option<String>> {
+        let text = |found| meliora_report::property_policy::json(&self.text, found, &self.program);
+        self.strategies.opponent.as_ref().map(text).transpose()
+    }
 }
 
 impl Model {

@@ -9,8 +9,8 @@
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
 //! `named_states`, `projection`, `model`, `task`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `dumps`,
-//! `work`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`, `region_dump`,
-//! `policies`, `sweep`.
+//! `work`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`,
+//! `induced_files`, `region_dump`, `policies`, `sweep`.
 
 mod analysis;
 mod ask;
@@ -25,6 +25,7 @@ mod episodes;
 #[cfg(feature = "output")]
 pub mod explicit_files;
 mod exploration;
+pub mod induced_files;
 mod levels;
 mod members;
 mod model;

@@ -1,17 +1,19 @@
-//! The strategy of the outermost operator of a property, as JSON: one strategy, with one value.
+//! The strategy of the outermost operator of a property: as JSON, one strategy with one value; as a table and a drawing.
 
 use std::fmt::Write;
 use std::sync::Arc;
 
+use meliora_base::csv::Lines;
 use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
+use meliora_base::escape;
 use meliora_base::exact::{Exact, Ratio, Real, shortest};
-use meliora_model::Program;
 use meliora_model::valuation::Valuation;
+use meliora_model::{Program, Variable};
 use meliora_question::evaluate::{Number, PolicyNode, PropertyPolicy};
 use num_traits::One;
 use serde::Serialize;
 
-use super::mix::{self, Claim, File, Fraction, NodeEntry, Side};
+use super::mix::{self, ActionEntry, Claim, File, Fraction, NodeEntry, Side};
 
 /// A strategy of a file.
 pub struct ReadPolicy {
@@ -64,13 +66,83 @@ pub fn json(property: &str, policy: &PropertyPolicy, program: &Program) -> Resul
     Ok(out)
 }
 
+/// Returns the strategy of a property as a table: one row for each node, with the values of the variables, the memory and
+/// the actions. A node without actions decides the path.
+///
+/// # Errors
+/// A command has no meaning in some state.
+pub fn csv(policy: &PropertyPolicy, program: &Program) -> Result<String> {
+    let monitors = monitors(program, policy.watched.as_deref());
+    let variables = program.variables.iter().chain(monitors).map(|variable| variable.name.clone());
+    let heading = ["node".to_owned()].into_iter().chain(variables);
+    let last = ["steps", "round", "action", "position", "next"].map(str::to_owned);
+    let mut lines = Lines::default();
+    lines.push(heading.chain(last));
+    for (number, node) in policy.nodes.iter().enumerate() {
+        let entry = entry(program, policy.watched.as_deref(), node)?;
+        let memory = entry.memory.unwrap_or_default();
+        let all =
+            |text: fn(&ActionEntry) -> String| entry.actions.iter().map(text).collect::<Vec<_>>().join(" | ");
+        let next = |own: &ActionEntry| {
+            own.successors.iter().map(|to| to.node.to_string()).collect::<Vec<_>>().join(" ")
+        };
+        let action = if node.theirs { String::new() } else { all(|own| own.action.clone()) };
+        let position = if node.theirs { String::new() } else { all(|own| own.position.to_string()) };
+        let last = [node.steps.to_string(), node.round.to_string(), action, position, all(next)];
+        lines.push(
+            [number.to_string()].into_iter().chain(entry.state.cells()).chain(memory.cells()).chain(last),
+        );
+    }
+    Ok(lines.text())
+}
+
+/// Returns the strategy of a property as a graph in DOT, of at most 1000 nodes.
+///
+/// # Errors
+/// There are more nodes; a command has no meaning in some state.
+pub fn dot(policy: &PropertyPolicy, program: &Program) -> Result<String> {
+    if policy.nodes.len() > MOST_DRAWN {
+        let count = policy.nodes.len();
+        let message = format!(
+            "the strategy has {count} nodes, and a drawing at most {MOST_DRAWN}: write .json or .csv"
+        );
+        return Err(Error::Usage(message));
+    }
+    let mut out = String::from("digraph strategy {\n  node [shape=box];\n");
+    for (number, node) in policy.nodes.iter().enumerate() {
+        let entry = entry(program, policy.watched.as_deref(), node)?;
+        let memory = entry.memory.filter(|_| !node.memory.is_empty());
+        let memory = memory.map_or_else(String::new, |memory| format!("\n{memory}"));
+        let label = escape::dot(&format!("{}{memory}", entry.state));
+        let style = if node.theirs { ", style=dashed" } else { "" };
+        let _ = writeln!(out, "  {number} [label={label}{style}];");
+        for own in &entry.actions {
+            for to in &own.successors {
+                let p = if own.successors.len() > 1 { format!(" {}", to.probability) } else { String::new() };
+                let label = escape::dot(&format!("{}{p}", own.action));
+                let _ = writeln!(out, "  {number} -> {} [label={label}];", to.node);
+            }
+        }
+    }
+    out.push_str("}\n");
+    Ok(out)
+}
+
+/// Maximum number of nodes of a drawing.
+const MOST_DRAWN: usize = 1000;
+
+/// Returns the variables of the monitors.
+fn monitors<'p>(program: &Program, watched: Option<&'p Program>) -> &'p [Variable] {
+    watched.map_or(&[], |watched| &watched.variables[program.variables.len()..])
+}
+
 /// Returns the JSON of a value that always has one.
 fn text(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 
 fn entry(program: &Program, watched: Option<&Program>, node: &PolicyNode) -> Result<NodeEntry> {
-    let monitors = watched.map_or(&[][..], |watched| &watched.variables[program.variables.len()..]);
+    let monitors = monitors(program, watched);
     Ok(NodeEntry {
         state: Valuation::new(program, &node.state),
         memory: watched.map(|_| Valuation::of_variables(monitors, &node.memory)),
@@ -113,8 +185,7 @@ impl File {
             return Err(wrong(format!("{starts} starts of {} nodes", own.nodes.len())));
         }
         let is_watched = watched.is_some() && own.nodes.iter().any(|node| node.memory.is_some());
-        let monitors = watched.map_or(&[][..], |watched| &watched.variables[program.variables.len()..]);
-        let monitors = if is_watched { monitors } else { &[] };
+        let monitors = if is_watched { monitors(program, watched) } else { &[] };
         let mut nodes = Vec::with_capacity(own.nodes.len());
         for (number, node) in own.nodes.iter().enumerate() {
             let wrong = |message| wrong(format!("node {number}: in `{}`: {message}", node.state));

@@ -22,6 +22,7 @@ rewards \"c\"
   x=2 : 3;
   [back] true : 1/2;
 endrewards
+label \"far\" = x>2;
 ";
 
 const GAME: &str = "smg
@@ -231,4 +232,43 @@ fn runs_measure_the_value_of_a_strategy() {
     let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
     let found = Finished::of(meliora().args(["simulate", &model, "--policy", &out])).expect(2);
     assert!(found.stderr.contains("`verify` computes the value"), "{}", found.stderr);
+}
+
+/// Other programs read tables, drawings and the chain that a strategy leaves.
+#[test]
+fn strategies_have_other_forms() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let [model, table, drawing, text] = ["m.prism", "s.csv", "s.dot", "s.txt"].map(|name| scratch.show(name));
+    let property = "R{\"c\"}min=? [ F \"far\" ]";
+    let written = |file: &str| {
+        Finished::of(meliora().args(["reach", &model, "--property", property, "--policy", file]))
+    };
+    written(&table).expect(0);
+    let table = std::fs::read_to_string(scratch.path("s.csv")).unwrap();
+    assert!(table.starts_with("node,x,steps,round,action,position,next\n0,0,0,0,left,0,1 2\n"), "{table}");
+    written(&drawing).expect(0);
+    let drawing = std::fs::read_to_string(scratch.path("s.dot")).unwrap();
+    assert!(drawing.contains("0 -> 1 [label=\"left 0.25\"]"), "{drawing}");
+    assert!(written(&text).expect(2).stderr.contains(".json, .csv, .dot"));
+    for (format, file, reward) in
+        [("prism", "strategy.prism", "c"), ("drn", "strategy.drn", "c"), ("umb", "strategy.umb", "c")]
+    {
+        let folder = scratch.show(format);
+        let asked = ["reach", &model, "--property", property, "--induced", &folder, "--format", format];
+        Finished::of(meliora().args(asked)).expect(0);
+        let chain = format!("{folder}/{file}");
+        let same = format!("R{{\"{reward}\"}}=? [ F \"far\" ]");
+        let found =
+            Finished::of(meliora().args(["reach", &chain, "--property", &same, "--json"])).expect(0).json();
+        let value = found["properties"][0]["value"]["lower"].as_f64().unwrap();
+        assert!((value - 1.5).abs() < 1e-6, "{format}: {value}");
+    }
+    let folder = scratch.show("tra");
+    let asked = ["reach", &model, "--property", property, "--induced", &folder];
+    Finished::of(meliora().args(asked)).expect(0);
+    let rewards = std::fs::read_to_string(scratch.path("tra/strategy.1.srew")).unwrap();
+    assert_eq!(rewards, "3 2\n0 1\n1 0.5\n");
+    let multi =
+        ["reach", &model, "--property", "multi(Pmax=? [ F x=1 ], P>=0 [ F x=4 ])", "--induced", &folder];
+    assert!(Finished::of(meliora().args(multi)).expect(2).stderr.contains("of one operator"));
 }

@@ -37,6 +37,7 @@ from ._native import (
     __version__,
     verify,
 )
+from ._policy import Policy
 from ._sweep import sweep
 from .errors import Error, InputError, LimitError, OutOfMemory, OutOfTime, Problem, TooLarge, UsageError
 
@@ -54,6 +55,7 @@ __all__ = [
     "OutOfMemory",
     "OutOfTime",
     "Play",
+    "Policy",
     "Preferences",
     "Problem",
     "Progress",

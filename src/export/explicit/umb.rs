@@ -13,6 +13,7 @@ use super::graph::{Column, Graph};
 use super::quantities::{Quantities, Quantity};
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
+use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
 use meliora_formats::umb::archive::pack;
 use meliora_formats::umb::binary::{bits, rational_bits, rationals, strings, words};
@@ -42,7 +43,23 @@ pub fn umb<E: Engine>(
     program: &Program,
     quantities: Option<&Quantities>,
 ) -> Result<Vec<u8>> {
-    let sink = &*analysis.engine().settings().sink;
+    archive(graph, Some(analysis), program, (quantities, &*analysis.engine().settings().sink))
+}
+
+/// Writes a graph without an analysis as an archive. Cost: one step of the program per state.
+///
+/// # Errors
+/// The program has no meaning in a state; a limit is reached.
+pub fn umb_of_chain(graph: &Graph, program: &Program, sink: &dyn ProgressSink) -> Result<Vec<u8>> {
+    archive::<meliora_engine::ExplicitEngine>(graph, None, program, (None, sink))
+}
+
+fn archive<E: Engine>(
+    graph: &Graph,
+    analysis: Option<&Analysis<E>>,
+    program: &Program,
+    (quantities, sink): (Option<&Quantities>, &dyn ProgressSink),
+) -> Result<Vec<u8>> {
     let numbers = exact(graph, program, sink)?;
     let mut writer = Writer { graph, files: Vec::new(), annotations: BTreeMap::new() };
     writer.transitions(&numbers);
@@ -54,7 +71,9 @@ pub fn umb<E: Engine>(
     for rewards in &numbers.rewards {
         writer.rewards(rewards);
     }
-    for &kind in Kind::ALL {
+    for (analysis, &kind) in
+        analysis.iter().flat_map(|analysis| Kind::ALL.iter().map(move |kind| (analysis, kind)))
+    {
         writer.ranks(analysis, program, kind)?;
         // An induced model has the choices of one strategy only.
         if graph.columns.len() == program.variables.len() {

@@ -186,12 +186,12 @@ impl Rewards {
     }
 
     /// Returns what a choice earns, with the reward of its state.
-    pub(crate) fn choice(&self, choice: usize) -> &Ratio {
+    pub fn choice(&self, choice: usize) -> &Ratio {
         &self.fractions.list()[self.of_choice.get(choice) as usize]
     }
 
     /// Returns what a state earns, whatever is chosen there.
-    pub(crate) fn state(&self, state: usize) -> &Ratio {
+    pub fn state(&self, state: usize) -> &Ratio {
         &self.fractions.list()[self.of_state.get(state) as usize]
     }
 }

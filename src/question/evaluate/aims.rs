@@ -1,6 +1,7 @@
 //! The strategy of one operator in the arena of the model, or of the model with the monitors of the formula.
 
 use meliora_base::error::{Error, Result};
+use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Measure, Path, Single, Step, Term};
@@ -12,7 +13,7 @@ use meliora_quantities::optimal::{Accepting, Aim, Optimal, optimal};
 use meliora_quantities::vector::{Accumulation, Until};
 
 use super::Evaluator;
-use super::chain::PolicyNode;
+use super::chain::{Linked, PolicyNode};
 use super::operators::{accepted, goal};
 use super::optimal::Played;
 use crate::answer::{ASK_QUALITATIVELY, NEITHER};
@@ -22,7 +23,8 @@ use crate::strategies::MOST_STATES;
 enum Wanted {
     Until(Until),
     Recur(Vec<Accepting>),
-    Reward(Box<Rewards>, Accumulation),
+    /// With the least reward, to which the others are the differences.
+    Reward(Box<Rewards>, Accumulation, Ratio),
 }
 
 impl Wanted {
@@ -30,7 +32,7 @@ impl Wanted {
         match self {
             Wanted::Until(until) => Aim::Until(until),
             Wanted::Recur(all) => Aim::Recur(all),
-            Wanted::Reward(rewards, accumulation) => Aim::Reward(rewards, accumulation),
+            Wanted::Reward(rewards, accumulation, _) => Aim::Reward(rewards, accumulation),
         }
     }
 }
@@ -38,6 +40,8 @@ impl Wanted {
 /// The strategy of an arena.
 pub(super) struct Found {
     pub(super) nodes: Vec<PolicyNode>,
+    /// The links of the nodes.
+    pub(super) links: Vec<Linked>,
     /// The values of the initial states.
     pub(super) values: Vec<Interval>,
 }
@@ -46,6 +50,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     /// Computes the strategy from the initial states.
     pub(super) fn found(&self, played: &Played<'_>, precision: f64) -> Result<Found> {
         let measured = &played.measured;
+        let has_rewards = matches!(measured.measure, Measure::Reward(..));
         let starts = self.at(&self.engine.initial_states())?.list;
         let path = match &measured.measure {
             Measure::Probability(path) if path.single.is_none() => Path::clone(path),
@@ -66,6 +71,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     arena,
                     variables: self.program.variables.len(),
                     is_watched: false,
+                    has_rewards,
                     starts: &starts,
                 }
                 .found(&wanted, (goal, is_negated), precision);
@@ -77,8 +83,14 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let arena = Arena::new(engine, &product.program)?;
         let (wanted, is_negated) = self.wanted_of_product(played, engine, product.condition(), &arena)?;
         let goal = goal(measured.optimum, engine.is_game());
-        Of { arena: &arena, variables: self.program.variables.len(), is_watched: true, starts: &starts }
-            .found(&wanted, (goal, is_negated), precision)
+        Of {
+            arena: &arena,
+            variables: self.program.variables.len(),
+            is_watched: true,
+            has_rewards,
+            starts: &starts,
+        }
+        .found(&wanted, (goal, is_negated), precision)
     }
 
     /// Returns the aim of an operator without monitors, and whether its probability is 1 minus the one that is asked for.
@@ -87,7 +99,11 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let members = |term: &Term| arena.members(self.engine, &self.states(term, &all)?);
         Ok(match &played.measured.measure {
             Measure::LongRun(states) => (
-                Wanted::Reward(Box::new(Rewards::of_set(arena, &members(states)?)), Accumulation::LongRun),
+                Wanted::Reward(
+                    Box::new(Rewards::of_set(arena, &members(states)?)),
+                    Accumulation::LongRun,
+                    Ratio::default(),
+                ),
                 false,
             ),
             Measure::Probability(path) => match &path.single {
@@ -109,14 +125,14 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     Accumulated::At(steps) => Accumulation::At(*steps),
                     Accumulated::LongRun => Accumulation::LongRun,
                 };
-                let rewards = match accumulation {
+                let (rewards, least) = match accumulation {
                     Accumulation::Until(_)
                     | Accumulation::Anyway(_)
                     | Accumulation::IfReached(_)
-                    | Accumulation::Total => arena.rewards(self.engine, structure)?,
-                    _ => arena.rewards_above_least(structure)?.0,
+                    | Accumulation::Total => (arena.rewards(self.engine, structure)?, Ratio::default()),
+                    _ => arena.rewards_above_least(structure)?,
                 };
-                (Wanted::Reward(Box::new(rewards), accumulation), false)
+                (Wanted::Reward(Box::new(rewards), accumulation, least), false)
             }
         })
     }
@@ -138,7 +154,11 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             let structure = rewards.find(self.program).ok_or_else(unsupported)?;
             let target = until(condition)?.ok_or_else(unsupported)?;
             return Ok((
-                Wanted::Reward(Box::new(arena.rewards(engine, structure)?), Accumulation::Until(target)),
+                Wanted::Reward(
+                    Box::new(arena.rewards(engine, structure)?),
+                    Accumulation::Until(target),
+                    Ratio::default(),
+                ),
                 false,
             ));
         }
@@ -201,6 +221,8 @@ struct Of<'a> {
     variables: usize,
     /// True with monitors.
     is_watched: bool,
+    /// True if the operator asks for the rewards of a structure.
+    has_rewards: bool,
     starts: &'a [State],
 }
 
@@ -222,13 +244,27 @@ impl Of<'_> {
             }
         };
         let values = numbers.iter().map(value).collect();
-        let nodes = found.nodes(self.arena, &numbers, MOST_STATES)?;
+        let mut found_nodes = found.nodes(self.arena, &numbers, MOST_STATES)?;
+        let links = found_nodes.iter().map(|node| self.link(node, wanted)).collect();
         let node = |node: meliora_quantities::optimal::Node| {
             let mut state = self.arena.state(node.state);
             let memory = state.split_off(self.variables);
             let (steps, round, theirs, choices) = (node.steps, node.round, node.theirs, node.choices);
             PolicyNode { state, memory, steps, round, theirs, choices }
         };
-        Ok(Found { nodes: nodes.into_iter().map(node).collect(), values })
+        let nodes = found_nodes.drain(..).map(node).collect();
+        Ok(Found { nodes, links, values })
+    }
+
+    /// Returns the links of a node with the probabilities and the rewards of the arena.
+    fn link(&self, node: &meliora_quantities::optimal::Node, wanted: &Wanted) -> Linked {
+        let choices = node.choices.iter().map(|taking| taking.successors.clone()).collect();
+        let (Wanted::Reward(rewards, _, least), true) = (wanted, self.has_rewards) else {
+            let rewards = vec![Vec::new(); node.choices.len()];
+            return Linked { choices, state_rewards: Vec::new(), rewards };
+        };
+        let own = rewards.state(node.state);
+        let earned = node.numbers.iter().map(|&choice| vec![rewards.choice(choice) - own]);
+        Linked { choices, state_rewards: vec![own + least], rewards: earned.collect() }
     }
 }

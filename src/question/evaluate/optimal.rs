@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use meliora_base::error::{Error, Result};
+use meliora_base::error::Result;
 use meliora_base::exact::{Ratio, Real};
 use meliora_engine::{Engine, ExplicitEngine, Settings};
 use meliora_lang::property::Optimum;
@@ -16,7 +16,7 @@ use meliora_quantities::Interval;
 use meliora_quantities::followed::NodeFault;
 
 use super::aims::{Found, target};
-use super::chain::{self, PolicyNode};
+use super::chain::{self, Linked, PolicyNode};
 use super::condition::condition_of;
 use super::following::{StrategyFault, StrategyFaultKind};
 use super::{Evaluator, Model, Number};
@@ -153,7 +153,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     }
 
     fn attempt(&self, played: &Played<'_>, of_opponent: bool, precision: f64) -> Result<PropertyPolicy> {
-        let Found { nodes, values } = self.found(played, precision)?;
+        let Found { nodes, links, values } = self.found(played, precision)?;
         let starts = values.len();
         let is_great = played.optimum == Optimum::Max;
         let worst = |a: Interval, b: Interval| match is_great {
@@ -161,20 +161,9 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             false => Interval { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) },
         };
         let optimum = values.into_iter().reduce(worst).unwrap_or(Interval::ZERO);
-        let settings = self.engine.settings();
-        let program = played.watched.as_ref().unwrap_or(self.program);
-        let value = match played.value(
-            (self.program, program),
-            (&nodes, starts),
-            (self.source, settings),
-            self.model.precision,
-        )? {
-            Ok(value) => value,
-            Err(fault) => {
-                let state = self.program.show_state(&fault.state);
-                return Err(Error::Usage(format!("{}: {state}", fault.kind)));
-            }
-        };
+        let text = (self.source, self.engine.settings());
+        let chain = (&nodes[..], &links[..], starts);
+        let value = played.value_of_chain(self.program, chain, text, self.model.precision)?;
         let watched = played.watched.clone();
         Ok(PropertyPolicy { nodes, starts, of_opponent, value, is_great, optimum, watched })
     }
@@ -216,6 +205,18 @@ impl Played<'_> {
         if let Some(at) = self.misplaced_end(nodes, &distances) {
             return fault(at, StrategyFaultKind::Node(NodeFault::Open));
         }
+        self.value_of_chain(plain, (nodes, &links, starts), (source, settings), precision).map(Ok)
+    }
+
+    /// Returns the value of the chain of some nodes, in the worst of the first ones.
+    fn value_of_chain(
+        &self,
+        plain: &Arc<Program>,
+        chain: (&[PolicyNode], &[Linked], usize),
+        (source, settings): (&Arc<meliora_base::error::SourceFile>, &Settings),
+        precision: f64,
+    ) -> Result<Number> {
+        let structures = Vec::from_iter(self.structure(plain));
         let mut measured = self.measured.clone();
         let pool = match &measured.measure {
             Measure::Probability(path) | Measure::Reward(_, Accumulated::Until(path)) => {
@@ -223,7 +224,7 @@ impl Played<'_> {
             }
             _ => Arc::clone(&plain.pool),
         };
-        let chain = Arc::new(chain::program(plain, pool, (nodes, &links, starts), &structures));
+        let chain = Arc::new(chain::program(plain, pool, chain, &structures));
         if let Measure::Probability(path) | Measure::Reward(_, Accumulated::Until(path)) =
             &mut measured.measure
         {
@@ -240,7 +241,7 @@ impl Played<'_> {
         let model = Model::new(&*engine, &chain, &build, precision);
         let term =
             Term { kind: TermKind::Operator(Box::new(measured)), ty: self.term.ty, span: self.term.span };
-        Evaluator::new(&model, source).worst(&term, self.is_great()).map(Ok)
+        Evaluator::new(&model, source).worst(&term, self.is_great())
     }
 
     /// Returns the reward structure, if the operator asks for a reward.

@@ -21,6 +21,8 @@ pub struct Node {
     pub theirs: bool,
     /// The choice that is taken, or all of the opponent; none if the path is decided.
     pub choices: Vec<Taking>,
+    /// The numbers of these choices in the arena.
+    pub numbers: Vec<usize>,
 }
 
 /// A state with its memory.
@@ -48,7 +50,7 @@ impl Optimal {
                     choice => choice as usize..choice as usize + 1,
                 },
             };
-            let mut choices = Vec::with_capacity(all.len());
+            let (mut choices, numbers) = (Vec::with_capacity(all.len()), all.clone().collect());
             for choice in all {
                 let mut successors = Vec::new();
                 for (to, weight) in arena.outcomes(choice) {
@@ -58,7 +60,7 @@ impl Optimal {
                 }
                 choices.push(Taking { position: arena.position(choice), successors });
             }
-            nodes.push(Node { state, steps, round, theirs, choices });
+            nodes.push(Node { state, steps, round, theirs, choices, numbers });
         }
         Ok(nodes)
     }
