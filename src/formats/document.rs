@@ -2,10 +2,10 @@
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::table::{self, Frame};
+use crate::table::{self, Frame, RewardFiles};
 use crate::umb::archive::{self, Files};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_base::progress::ProgressSink;
@@ -23,6 +23,8 @@ pub struct Document {
     archive: Option<Arc<Vec<u8>>>,
     /// For transitions of PRISM: the values and the labels of states.
     beside: [Option<Arc<SourceFile>>; 2],
+    /// For each reward structure next to transitions of PRISM: the rewards of states, and of transitions.
+    rewards: Vec<RewardFiles>,
     /// For a planning problem in two files: the domain and the problem.
     parts: Vec<Arc<SourceFile>>,
     /// True if only the goals of a planning problem are asked about.
@@ -31,7 +33,7 @@ pub struct Document {
 
 impl Document {
     /// Reads a file. For transitions in PRISM's explicit format (`model.tra`), reads `model.sta` and
-    /// `model.lab` as well if they exist, unless the file has states or labels itself (`model.pexp`).
+    /// `model.lab` as well if they exist, and the rewards of `model.srew` and `model.trew`, unless the file has states or labels itself (`model.pexp`).
     ///
     /// # Errors
     /// A file cannot be read, has more than 256 MiB, or is neither an archive nor UTF-8; a file next to
@@ -41,13 +43,8 @@ impl Document {
         let mut document = Self::read(path.display().to_string(), file)?;
         let source = &document.source;
         if document.archive.is_none() && table::is_tra(source) && !table::has_states(source) {
-            for (slot, extension) in document.beside.iter_mut().zip(["sta", "lab"]) {
-                let path = path.with_extension(extension);
-                if path.exists() {
-                    let file = reading::regular(&path).map_err(|e| Error::reading(&path, &e))?;
-                    *slot = Some(SourceFile::read(path.display().to_string(), file)?);
-                }
-            }
+            document.beside = [existing(path.with_extension("sta"))?, existing(path.with_extension("lab"))?];
+            document.rewards = rewards_beside(path)?;
         }
         Ok(document)
     }
@@ -68,7 +65,8 @@ impl Document {
 
     /// Returns the document of a text.
     pub fn new(source: Arc<SourceFile>) -> Self {
-        Document { source, archive: None, beside: [None, None], parts: Vec::new(), for_goals: false }
+        let (beside, rewards, parts) = Default::default();
+        Document { source, archive: None, beside, rewards, parts, for_goals: false }
     }
 
     /// Leaves out the facts of a planning problem on which no goal depends.
@@ -103,6 +101,17 @@ impl Document {
     /// Returns the files next to the transitions of PRISM: the values and the labels of states.
     pub fn beside(&self) -> &[Option<Arc<SourceFile>>; 2] {
         &self.beside
+    }
+
+    /// Adds the reward structures next to the transitions of PRISM.
+    #[must_use]
+    pub fn with_rewards(self, rewards: Vec<RewardFiles>) -> Self {
+        Document { rewards, ..self }
+    }
+
+    /// Returns the reward structures next to the transitions of PRISM: the rewards of states, and of transitions.
+    pub fn rewards(&self) -> &[RewardFiles] {
+        &self.rewards
     }
 
     /// Returns the text; for an archive, a text with its hash.
@@ -151,7 +160,9 @@ impl Document {
         let [values, labels] = self.beside.each_ref().map(Option::as_ref);
         let checked = match &self.archive {
             Some(bytes) => table::load_umb(&Files::unpack(&self.source.name, bytes, sink)?, &frame),
-            None if values.or(labels).is_some() => table::load_tra(&frame, values, labels),
+            None if values.or(labels).is_some() || !self.rewards.is_empty() => {
+                table::load_tra(&frame, values, labels, &self.rewards)
+            }
             None => return crate::load_given(&self.source, given, sink),
         };
         checked.map(displayed)
@@ -173,6 +184,37 @@ impl Document {
     /// Returns the texts.
     fn texts(&self) -> impl Iterator<Item = &Arc<SourceFile>> {
         let whole = self.parts.is_empty().then_some(&self.source);
-        whole.into_iter().chain(self.beside.iter().flatten()).chain(&self.parts)
+        let rewards = self.rewards.iter().flatten().flatten();
+        whole.into_iter().chain(self.beside.iter().flatten()).chain(rewards).chain(&self.parts)
     }
+}
+
+/// Reads a file if it exists.
+fn existing(path: PathBuf) -> Result<Option<Arc<SourceFile>>> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    let file = reading::regular(&path).map_err(|e| Error::reading(&path, &e))?;
+    SourceFile::read(path.display().to_string(), file).map(Some)
+}
+
+/// Reads the rewards next to `m.tra`: `m.srew` and `m.trew`, or `m1.srew`, `m1.trew`, `m2.srew`, … of several structures.
+fn rewards_beside(path: &Path) -> Result<Vec<RewardFiles>> {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let of = |number: &str| -> Result<RewardFiles> {
+        let file = |extension: &str| existing(path.with_file_name(format!("{stem}{number}.{extension}")));
+        Ok([file("srew")?, file("trew")?])
+    };
+    let is_there = |files: &RewardFiles| files.iter().any(Option::is_some);
+    let mut all = Vec::from_iter(Some(of("")?).filter(is_there));
+    if all.is_empty() {
+        for number in 1.. {
+            let files = of(&number.to_string())?;
+            if !is_there(&files) {
+                break;
+            }
+            all.push(files);
+        }
+    }
+    Ok(all)
 }

@@ -32,6 +32,7 @@ use meliora_lang::{Checked, Given};
 use table::Frame;
 
 pub use document::Document;
+pub use table::RewardFiles;
 
 /// Reads a model from a text and flattens it: in PRISM's language, in JANI, state by state (Storm's
 /// DRN, or PRISM's transitions), or as a planning problem in PDDL. `constants` has the form `K=4,N=3` and may be empty.
@@ -67,7 +68,7 @@ pub fn load_given(source: &Arc<SourceFile>, given: &Given, sink: &dyn ProgressSi
         return table::load_drn(&frame).map(displayed);
     }
     if table::is_tra(source) {
-        return table::load_tra(&frame, None, None).map(displayed);
+        return table::load_tra(&frame, None, None, &[]).map(displayed);
     }
     meliora_lang::load_given(source, given, sink)
 }

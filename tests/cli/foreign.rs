@@ -227,3 +227,41 @@ fn probabilities_that_six_digits_round_are_scaled_with_a_warning() {
     let scratch = Scratch::new(&[("m.prism", &far)]);
     Finished::of(meliora().args(["info", &scratch.show("m.prism")])).expect(3);
 }
+
+/// The rewards next to PRISM's transitions were not read, and not mentioned.
+#[test]
+fn rewards_next_to_transitions_of_prism_are_read() {
+    let tra = ("m.tra", "3 4 5\n0 0 1 0.5 a\n0 0 2 0.5 a\n0 1 2 1 b\n1 0 1 1\n2 0 2 1\n");
+    let srew = ("m.srew", "# Reward structure \"cost\"\n# State rewards\n3 1\n0 5/2\n");
+    let trew = ("m.trew", "# Reward structure \"cost\"\n# Transition rewards\n3 4 2\n0 0 1 3\n0 1 2 4\n");
+    let bounds = |files: &[(&str, &str)], property: &str| {
+        let found = value(files, property, &[]);
+        ["lower", "upper"].map(|side| found[side].as_f64().unwrap())
+    };
+    for (files, most, least) in [
+        (vec![tra, srew, trew], 6.5, 4.0),
+        (vec![tra, srew], 2.5, 2.5),
+        // Half of the paths of `a` earn 3.
+        (vec![tra, trew], 4.0, 1.5),
+    ] {
+        assert_eq!(bounds(&files, "R{\"cost\"}max=? [ F state>0 ]"), [most; 2], "{files:?}");
+        assert_eq!(bounds(&files, "R{\"cost\"}min=? [ F state>0 ]"), [least; 2], "{files:?}");
+    }
+    let dtmc = [
+        ("d.tra", "2 2\n0 1 1\n1 1 1\n"),
+        ("d1.srew", "# Reward structure: \"one\"\n2 0\n"),
+        ("d2.trew", "# Reward structure \"two\"\n2 1\n0 1 7\n"),
+    ];
+    assert_eq!(bounds(&dtmc, "R{\"two\"}=? [ F state=1 ]"), [7.0; 2]);
+    assert_eq!(bounds(&dtmc, "R{\"one\"}=? [ F state=1 ]"), [0.0; 2]);
+    for (file, message) in [
+        (("m.srew", "4 1\n0 1\n"), "the file has rewards of 4 states, the model has 3"),
+        (("m.srew", "3 1\n3 1\n"), "state 3 is not one of 3"),
+        (("m.srew", "3 1\n0 1 1\n"), "expected `state reward`"),
+        (("m.trew", "3 4 1\n0 2 1 1\n"), "the model has no such transition"),
+        (("m.trew", "3 4 1\n0 1 1 1\n"), "the model has no such transition"),
+        (("m.trew", "3 4 1\n0 1 2 x\n"), "`x` is not a number"),
+    ] {
+        info(&[tra, file]).expect(3).says(message);
+    }
+}

@@ -359,6 +359,24 @@ fn a_bracket_may_follow_a_constant_number_of_steps_and_the_number_may_be_large()
     }
 }
 
+/// A bound on rewards was called a discount, and `Cdiscount` an unknown name.
+#[test]
+fn properties_of_other_tools_are_refused_by_the_name_of_what_they_ask() {
+    let cases = [
+        ("R=? [ C{\"c\"}<=2 ]", "bounds on rewards are not supported"),
+        ("P=? [ F{\"c\"}<=2 x=3 ]", "bounds on rewards are not supported"),
+        ("R=? [ Cdiscount=0.9 ]", "discounted rewards are not supported"),
+        ("Pmaxmin=? [ F x=3 ]", "`Pmaxmin` is about intervals of probabilities"),
+        ("<n, PreSafety, lambda=0.9> P=? [ G x<3 ]", "a shield expression is not a property"),
+        ("P=? [ F x=2 || x=3 ]", "`||` is not an operator"),
+    ];
+    for (property, message) in cases {
+        let found = &answers(CHAIN, &format!("{property};"), "explicit")[0];
+        let reason = found["reason"].as_str().unwrap_or_else(|| panic!("{property}: {found}"));
+        assert!(reason.contains(message), "{property}: {reason}");
+    }
+}
+
 #[test]
 fn a_property_that_refers_to_itself_is_refused() {
     let found =

@@ -5,6 +5,7 @@
 //! updates are decision trees over the state ([`tree`]).
 
 mod drn;
+mod earned;
 mod lines;
 mod lower;
 mod sections;
@@ -14,6 +15,8 @@ mod umb;
 mod valuations;
 
 use std::sync::Arc;
+
+use num_traits::Zero;
 
 use meliora_base::error::{Result, SourceFile};
 use meliora_base::exact::{Exact, Ratio, Real};
@@ -25,6 +28,7 @@ use meliora_model::ModelKind;
 use meliora_model::expr::{ExprId, ExprPool};
 
 pub(crate) use drn::{is_drn, load as load_drn};
+pub use earned::RewardFiles;
 pub(crate) use lower::Frame;
 pub(crate) use sections::has_states;
 pub(crate) use tra::{is_tra, load as load_tra};
@@ -143,6 +147,25 @@ impl Table {
 
     fn value(&self, number: ExprId) -> Real {
         self.pool.exact_literal(number).map_or(Real::Undefined, Exact::into_real)
+    }
+
+    /// Adds to the reward of each choice the expected reward of its branches.
+    fn expected(&mut self, choices: Option<&[ExprId]>, branches: &[ExprId]) -> Vec<ExprId> {
+        let mut all = Vec::new();
+        for choice in 0..self.branches.len() - 1 {
+            let mut sum = choices.map_or_else(Ratio::zero, |of| self.exact(of[choice]));
+            let row = self.branches[choice]..self.branches[choice + 1];
+            for (weight, earned) in self.probabilities[row.clone()].iter().zip(&branches[row]) {
+                sum += self.exact(*weight) * self.exact(*earned);
+            }
+            all.push(self.number(sum));
+        }
+        all
+    }
+
+    /// Returns the exact value of a literal; 0 for one that is not finite.
+    fn exact(&self, number: ExprId) -> Ratio {
+        self.pool.eval_exact(number, &[]).unwrap_or_else(|_| Ratio::zero())
     }
 
     /// Checks what readers leave unchecked: targets, distributions, and the choices of a `dtmc`.

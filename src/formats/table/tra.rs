@@ -1,10 +1,11 @@
 //! The reader of explicit files of PRISM and of Storm: `.tra` with the transitions, and next to it `.sta` with the values
-//! (only PRISM) and `.lab` with the labels of the states.
+//! (only PRISM) and `.lab` with the labels of the states, `.srew` and `.trew` with rewards.
 
 use std::sync::Arc;
 
 use ahash::AHashSet;
 
+use super::earned::{self, RewardFiles};
 use super::lines::{Line, Part, lines};
 use super::sections::Sections;
 use super::{Column, Frame, Table, numbered_players};
@@ -37,7 +38,7 @@ pub(crate) fn is_tra(source: &Arc<SourceFile>) -> bool {
     }
 }
 
-/// Reads a model; the files of the values and of the labels are optional.
+/// Reads a model; the files of the values, of the labels and of rewards are optional.
 ///
 /// # Errors
 /// A text is invalid; a limit.
@@ -45,6 +46,7 @@ pub(crate) fn load(
     frame: &Frame<'_>,
     values: Option<&Arc<SourceFile>>,
     labels: Option<&Arc<SourceFile>>,
+    rewards: &[RewardFiles],
 ) -> Result<Checked> {
     frame.refuse_values()?;
     let mut poll = Poll::new(frame.sink);
@@ -57,6 +59,7 @@ pub(crate) fn load(
         Some(labels) => read_labels(&labels, &mut table, &mut poll)?,
         None => table.initial.push(0),
     }
+    earned::add(rewards, &mut table, &mut poll)?;
     if let Some(name) = sections.unread {
         table.warnings.push(format!("a section `# {name}` is not read: it has no effect here"));
     }

@@ -1,8 +1,6 @@
 //! The reader of UMB archives.
 
 use ahash::{AHashMap, AHashSet};
-use num_rational::BigRational;
-use num_traits::Zero;
 
 use super::{Frame, Rewards, Table, numbered_players, valuations};
 use crate::umb::archive::Files;
@@ -13,7 +11,6 @@ use crate::umb::{
     STATE_IS_INITIAL, STATE_TO_CHOICES, STATE_TO_PLAYER,
 };
 use meliora_base::error::{Limit, Result};
-use meliora_base::exact::Ratio;
 use meliora_base::progress::Poll;
 use meliora_lang::{Actions, Checked};
 use meliora_model::ModelKind;
@@ -248,29 +245,10 @@ impl Reader<'_> {
                 *slot = self.numbers(table, &path, annotation.ty, n)?;
             }
             if let Some(earned) = of_branches {
-                rewards.choices = Some(expected(table, rewards.choices.as_deref(), &earned));
+                rewards.choices = Some(table.expected(rewards.choices.as_deref(), &earned));
             }
             table.rewards.push(rewards);
         }
         Ok(())
     }
-}
-
-/// Adds to the reward of each choice the expected reward of its branches.
-fn expected(table: &mut Table, choices: Option<&[ExprId]>, branches: &[ExprId]) -> Vec<ExprId> {
-    let mut all = Vec::new();
-    for choice in 0..table.branches.len() - 1 {
-        let mut sum = choices.map_or_else(BigRational::zero, |of| exact(table, of[choice]));
-        let row = table.branches[choice]..table.branches[choice + 1];
-        for (weight, earned) in table.probabilities[row.clone()].iter().zip(&branches[row]) {
-            sum += exact(table, *weight) * exact(table, *earned);
-        }
-        all.push(table.number(sum));
-    }
-    all
-}
-
-/// Returns the exact value of a literal; 0 for one that is not finite.
-fn exact(table: &Table, number: ExprId) -> Ratio {
-    table.pool.eval_exact(number, &[]).unwrap_or_else(|_| Ratio::zero())
 }

@@ -328,12 +328,7 @@ impl Parser<'_> {
                 steps.most = Some((self.tree(Self::expression)?, false));
                 self.expect(Token::RightBracket)?;
             }
-            Token::LeftBrace => {
-                let message = "bounds on rewards are not supported";
-                let help = "count the reward in a variable of the model, and let the condition compare it";
-                self.report(self.unsupported(start, message).help(help));
-                return Err(Failed);
-            }
+            Token::LeftBrace => return Err(self.bounded_by_rewards(start)),
             _ => return Ok(steps),
         }
         if matches!(word, "X" | "M") {

@@ -8,6 +8,7 @@ pub(crate) mod formulas;
 pub(crate) mod operators;
 mod question;
 mod refused;
+mod shield;
 mod simplify;
 mod strategies;
 pub mod term;
@@ -30,6 +31,7 @@ pub(crate) use operators::Extreme;
 use operators::NAMED;
 pub use operators::Operator;
 pub use question::Query;
+pub use shield::ShieldExpression;
 use simplify::simplified;
 pub use term::Term;
 
@@ -79,6 +81,7 @@ impl Property {
 
 impl Parser<'_> {
     fn property(&mut self) -> Parsed<Property> {
+        self.of_other_kind()?;
         let asks = self.peek_at(1) == Token::Eq && self.peek_at(2) == Token::Question;
         if asks && self.slip(&NAMED).is_some() {
             return Err(Failed);

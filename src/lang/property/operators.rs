@@ -240,7 +240,12 @@ impl Parser<'_> {
                 self.advance();
                 Ok(Accumulated::IfReached(self.tree(Self::expression)?))
             }
+            // The braces have the name of a reward.
+            "C" if next == Token::LeftBrace && self.peek_at(2) == Token::Quoted => {
+                Err(self.bounded_by_rewards(self.here()))
+            }
             "C" if next == Token::LeftBrace => Err(self.discounted()),
+            "Cdiscount" => Err(self.discounted()),
             "C" if next == Token::Le => {
                 self.advance();
                 self.advance();

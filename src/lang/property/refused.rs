@@ -1,9 +1,39 @@
 //! Properties of other tools that are not supported: each is refused by name, with advice.
 
+use crate::ast::Span;
 use crate::parse::{Failed, Parsed, Parser};
 use crate::token::Token;
 
+/// The operators of interval models, whose intervals have an extreme of their own.
+const OF_INTERVALS: [&str; 4] = ["minmin", "minmax", "maxmin", "maxmax"];
+
 impl Parser<'_> {
+    /// Reports the property of an interval model, or the shield expression of tempest, that begins here.
+    pub(super) fn of_other_kind(&mut self) -> Parsed<()> {
+        let span = self.here();
+        let word = self.text(span);
+        if self.peek() == Token::Lt && self.peek_at(1) == Token::Word && self.peek_at(2) == Token::Comma {
+            let help = "`meliora shield --property` reads it";
+            self.report(self.wrong(span, "a shield expression is not a property").help(help));
+            return Err(Failed);
+        }
+        let is_asked = self.peek_at(1) == Token::Eq && self.peek_at(2) == Token::Question;
+        if is_asked && word.strip_prefix(['P', 'R']).is_some_and(|rest| OF_INTERVALS.contains(&rest)) {
+            let message = format!("`{word}` is about intervals of probabilities, which are not supported");
+            self.report(self.unsupported(span, &message).help("write `Pmin`, `Pmax`, `Rmin` or `Rmax`"));
+            return Err(Failed);
+        }
+        Ok(())
+    }
+
+    /// Reports a bound on rewards, `F{"c"}<=3` or `C{"c"}<=3`.
+    pub(crate) fn bounded_by_rewards(&mut self, span: Span) -> Failed {
+        let message = "bounds on rewards are not supported";
+        let help = "count the reward in a variable of the model, and let the condition compare it";
+        self.report(self.unsupported(span, message).help(help));
+        Failed
+    }
+
     /// Reports another property behind the semicolon.
     pub(super) fn second(&mut self) -> Failed {
         let diagnostic =

@@ -222,6 +222,10 @@ impl Checker {
             ":process" | ":event" => {
                 (format!("`{name}` is not supported: problems have no time"), "write `:action`")
             }
+            ":fairness" => (
+                "`:fairness` of some actions is not supported: all outcomes are fair".to_owned(),
+                "leave it out: an action that is taken again and again has each of its outcomes again and again",
+            ),
             ":observe" | ":sensing" => {
                 (format!("`{name}` is not supported: all facts are observed"), "write `:action`")
             }

@@ -157,3 +157,36 @@ fn what_is_no_array_has_no_elements() {
     model["variables"][1].as_object_mut().unwrap().remove("initial-value");
     assert!(message(&model).contains("which gives its length, is not supported"));
 }
+
+/// Edges use a transient array between their assignments; every state has its initial value again.
+#[test]
+fn the_elements_of_a_transient_array_begin_every_edge_with_their_initial_values() {
+    let assigned = |to: Json, value: Json, index: u8| json!({"ref": to, "value": value, "index": index});
+    // a = [5, 1]; a[x mod 2] becomes 2; x grows by a[0] - a[1]: by 2 - 1 for even x, and by 5 - 2 for odd ones.
+    let here = at(json!("a"), op("%", json!("x"), json!(2)));
+    let moved = op("-", at(json!("a"), json!(0)), at(json!("a"), json!(1)));
+    let assignments =
+        json!([assigned(here, json!(2), 0), assigned(json!("x"), op("+", json!("x"), moved), 1)]);
+    let step = json!({"location": "l", "guard": {"exp": op("<", json!("x"), json!(3))},
+        "destinations": [{"location": "l", "assignments": assignments}]});
+    let model = |ty: Json| {
+        let mut model = with_array(ty, values(json!([5, 1])), json!([step]));
+        let variables = model["variables"].as_array_mut().unwrap();
+        variables.iter_mut().for_each(|v| {
+            if v["name"] == "x" {
+                v["type"]["upper-bound"] = json!(9);
+            } else {
+                v["transient"] = json!(true);
+            }
+        });
+        model
+    };
+    for ty in [bounded(0, 9), json!("int")] {
+        let (names, states) = reached(&model(ty));
+        assert_eq!((names, states), (vec!["x".to_owned()], vec![vec![0], vec![1], vec![4]]));
+    }
+    let mut given = model(bounded(0, 9));
+    given["automata"][0]["locations"][0]["transient-values"] =
+        json!([{"ref": "a", "value": values(json!([1, 1]))}]);
+    assert_eq!(message(&given), "values that locations give to transient arrays are not supported");
+}

@@ -6,6 +6,7 @@ mod errors;
 mod names;
 mod random;
 mod rewards;
+mod systems;
 mod write;
 
 use meliora::error::SourceFile;

@@ -2,9 +2,9 @@
 
 use super::super::read::model::{Assignment, Target, Variable as Declaration};
 use super::super::read::types::Bounds;
-use super::scope::{Meaning, Place, Slot};
+use super::scope::{Known, Meaning, Place, Slot, Transient};
 use super::state::Lowering;
-use crate::ast::{BinaryOp, Comprehension, Ident, Span};
+use crate::ast::{BinaryOp, Comprehension, Expr, Ident, Span};
 use crate::check::Lowered;
 use ahash::AHashMap;
 use meliora_base::error::Severity;
@@ -22,6 +22,14 @@ pub(super) enum Parts {
     One(ExprId),
     /// An array.
     Many(Vec<Parts>),
+}
+
+/// A declared array.
+pub(super) struct Array {
+    /// The variables of its elements; the initial values of the elements of a transient array.
+    parts: Parts,
+    /// For a transient array, the position of its first element in [`Lowering::transients`]; the others follow.
+    pub(super) transients: Option<usize>,
 }
 
 /// The value of an expression with its place, or `None` after reporting that it is wrong.
@@ -108,9 +116,46 @@ impl<'a> Lowering<'a> {
         name: &str,
         instance: Option<usize>,
     ) -> Meaning {
-        let made = self.array_elements(declared, name, instance);
-        self.arrays.push(made.unwrap_or_else(|| Parts::Many(Vec::new())));
+        let transients = declared.transient.then_some(self.transients.len());
+        let made = match declared.transient {
+            true => self.transient_elements(declared, instance),
+            false => self.array_elements(declared, name, instance),
+        };
+        self.arrays.push(Array { parts: made.unwrap_or_else(|| Parts::Many(Vec::new())), transients });
         Meaning::Array(self.arrays.len() - 1)
+    }
+
+    /// Returns the initial value of an array with its place, which gives the length.
+    fn initial_elements(
+        &mut self,
+        declared: &'a Declaration,
+        instance: Option<usize>,
+    ) -> Option<(Parts, String)> {
+        let Some(initial) = &declared.initial else {
+            let message = "an array without an initial value, which gives its length, is not supported";
+            let diagnostic = self.lowerer.wrong(declared.name.span, message).severity(Severity::Unsupported);
+            self.lowerer.report(diagnostic.label("not supported"));
+            return None;
+        };
+        let what = format!("the initial value of `{}`", declared.name.name);
+        let read = self.value(initial, Place { instance, ..Place::default() });
+        Some((self.expect(read, &declared.ty, &what)?, what))
+    }
+
+    /// Declares the elements of a transient array. Each has its initial value in every state; edges may assign others
+    /// that later assignments read.
+    fn transient_elements(&mut self, declared: &'a Declaration, instance: Option<usize>) -> Option<Parts> {
+        let (parts, what) = self.initial_elements(declared, instance)?;
+        let span = declared.name.span;
+        parts.map(&mut |id| {
+            let Some(value) = self.lowerer.pool.literal(id) else {
+                return self.lowerer.fail(span, format!("{what} must be constant"));
+            };
+            let id = self.lowerer.pool.value(value);
+            let (given, state) = (Vec::new(), Known::Done(Some(id)));
+            self.transients.push(Transient { variable: declared, instance, given, state, element: Some(id) });
+            Some(id)
+        })
     }
 
     fn array_elements(
@@ -120,27 +165,13 @@ impl<'a> Lowering<'a> {
         instance: Option<usize>,
     ) -> Option<Parts> {
         let range = self.range(declared, name, instance)?;
-        let initial = match &declared.initial {
-            Some(initial) if !declared.transient => initial,
-            _ => {
-                let message = match declared.transient {
-                    true => "transient arrays are not supported",
-                    false => "an array without an initial value, which gives its length, is not supported",
-                };
-                let diagnostic =
-                    self.lowerer.wrong(declared.name.span, message).severity(Severity::Unsupported);
-                self.lowerer.report(diagnostic.label("not supported"));
-                return None;
-            }
-        };
-        let what = format!("the initial value of `{}`", declared.name.name);
-        let read = self.value(initial, Place { instance, ..Place::default() });
-        let parts = self.expect(read, &declared.ty, &what)?;
+        let (parts, what) = self.initial_elements(declared, instance)?;
+        let place = declared.initial.as_ref().map_or(declared.name.span, Expr::span);
         let mut elements = Vec::new();
         parts.paths(&[], &mut elements);
         let mut made = Vec::with_capacity(elements.len());
         for (path, id) in elements {
-            let initial = self.lowerer.value_in_range(id, initial.span(), &what, range)?;
+            let initial = self.lowerer.value_in_range(id, place, &what, range)?;
             let positions: String = path.iter().map(|(at, _)| format!("_{at}")).collect();
             let (ty, (low, high)) = (declared.ty.ty, range);
             let own = self.names.add(&format!("{name}{positions}"));
@@ -163,21 +194,35 @@ impl<'a> Lowering<'a> {
     /// Returns the elements of an array.
     pub(super) fn elements_in(&self, array: usize) -> Vec<Element> {
         let mut elements = Vec::new();
-        self.arrays[array].paths(&[], &mut elements);
-        let element = |(path, id)| {
-            let Node::Var(v) = self.lowerer.pool.node(id) else { return None };
-            Some(Element { slot: Slot::Variable(v), ty: self.lowerer.pool.ty(id), path })
+        self.arrays[array].parts.paths(&[], &mut elements);
+        let element = |(at, (path, id))| {
+            let slot = self.slot(array, at, id)?;
+            let ty = match slot {
+                Slot::Transient(t) => self.transients[t].variable.ty.ty,
+                Slot::Variable(_) => self.lowerer.pool.ty(id),
+            };
+            Some(Element { slot, ty, path })
         };
-        elements.into_iter().filter_map(element).collect()
+        elements.into_iter().enumerate().filter_map(element).collect()
     }
 
     /// Returns the elements of an array after assignments.
     pub(super) fn elements_of(&self, array: usize, place: Place<'_>) -> Option<Parts> {
-        let current = |id: ExprId| match self.lowerer.pool.node(id) {
-            Node::Var(v) => place.current.and_then(|c| c.get(&Slot::Variable(v))).copied().unwrap_or(id),
-            _ => id,
+        let mut all = 0..;
+        let mut current = |id: ExprId| {
+            let slot = self.slot(array, all.next()?, id)?;
+            Some(place.current.and_then(|c| c.get(&slot)).copied().unwrap_or(id))
         };
-        self.arrays[array].map(&mut |id| Some(current(id)))
+        self.arrays[array].parts.map(&mut current)
+    }
+
+    /// Returns the variable of the element at a position of an array.
+    fn slot(&self, array: usize, at: usize, id: ExprId) -> Option<Slot> {
+        match (self.arrays[array].transients, self.lowerer.pool.node(id)) {
+            (Some(first), _) => Some(Slot::Transient(first + at)),
+            (None, Node::Var(v)) => Some(Slot::Variable(v)),
+            (None, _) => None,
+        }
     }
 
     /// Reads `{"op": "ac"}`.

@@ -194,6 +194,7 @@ impl<'a> Lowering<'a> {
                 instance,
                 given: Vec::new(),
                 state: Known::New,
+                element: None,
             });
             return Meaning::Transient(self.transients.len() - 1);
         }
@@ -275,6 +276,11 @@ impl<'a> Lowering<'a> {
                     match self.meaning(&name.name, Some(index)) {
                         Some(Meaning::Transient(t)) => {
                             self.transients[t].given.push((index, location, value));
+                        }
+                        Some(Meaning::Array(array)) if self.arrays[array].transients.is_some() => {
+                            let message = "values that locations give to transient arrays are not supported";
+                            let wrong = self.lowerer.wrong(name.span, message);
+                            self.lowerer.report(wrong.severity(Severity::Unsupported).label("not supported"));
                         }
                         Some(_) => {
                             let message =

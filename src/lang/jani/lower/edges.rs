@@ -203,7 +203,7 @@ impl<'a> Lowering<'a> {
         }
         let old = match step.slot {
             Slot::Variable(v) => Some(self.lowerer.pool.var(v, step.ty)),
-            Slot::Transient(_) => None,
+            Slot::Transient(t) => self.transients[t].element,
         };
         let old = values.given.get(&step.slot).copied().or(old);
         let value = match (condition, old) {

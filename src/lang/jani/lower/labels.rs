@@ -1,5 +1,6 @@
 //! Labels: the targets of properties, and transient Booleans.
 
+use super::scope::Transient;
 use super::state::Lowering;
 use crate::ast::{Ident, Span};
 use crate::token::BUILT_IN_LABELS;
@@ -12,9 +13,9 @@ impl Lowering<'_> {
     /// two different sets is a name of neither.
     pub(super) fn labels(&mut self, mut labels: Vec<(String, ExprId)>) -> Vec<(String, ExprId)> {
         for index in 0..self.transients.len() {
-            let variable = self.transients[index].variable;
+            let Transient { variable, instance, element, .. } = &self.transients[index];
             let Ident { name, span } = &variable.name;
-            if variable.ty.ty != Type::Bool || self.transients[index].instance.is_some() {
+            if variable.ty.ty != Type::Bool || instance.is_some() || element.is_some() {
                 continue;
             }
             // A label without a value, such as one given by two automata, is not an error until it is

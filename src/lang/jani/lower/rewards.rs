@@ -61,7 +61,7 @@ impl<'a> Lowering<'a> {
 
     fn is_reward(&self, transient: usize) -> bool {
         let Some(of) = self.transients.get(transient) else { return false };
-        of.variable.ty.ty != Type::Bool && of.instance.is_none()
+        of.variable.ty.ty != Type::Bool && of.instance.is_none() && of.element.is_none()
     }
 
     /// Returns the sum of `probability * value` over the branches of a command that assign a

@@ -49,6 +49,8 @@ pub(super) struct Transient<'a> {
     /// The locations that give it a value: element, location, value.
     pub(super) given: Vec<(usize, &'a Location, &'a Expr)>,
     pub(super) state: Known,
+    /// For an element of an array, its initial value.
+    pub(super) element: Option<ExprId>,
 }
 
 /// A function with its declaring element.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ahash::AHashMap;
 
 use super::super::read::model::Model;
-use super::arrays::Parts;
+use super::arrays::{Array, Parts};
 use super::scope::{Declared, Earned, Instance, Level, Transient};
 use crate::check::{Actions, Lowerer, Scope};
 use crate::names::Names;
@@ -41,8 +41,7 @@ pub(super) struct Lowering<'a> {
     pub(super) joint_modules: Vec<(Vec<usize>, String)>,
     pub(super) variables: Vec<Variable>,
     pub(super) transients: Vec<Transient<'a>>,
-    /// The variables of the elements of arrays.
-    pub(super) arrays: Vec<Parts>,
+    pub(super) arrays: Vec<Array>,
     pub(super) functions: Vec<Declared<'a>>,
     pub(super) constant_values: Vec<(String, Exact)>,
     /// Constants without a value yet; the flag says that the reason was reported.

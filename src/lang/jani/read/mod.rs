@@ -1,5 +1,6 @@
 //! From the text to the tree: checks the shape of the document, and reports several errors per run.
 
+mod composition;
 mod expr;
 mod filter;
 pub(super) mod model;
