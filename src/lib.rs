@@ -302,10 +302,10 @@ pub mod planning {
     pub use meliora_planning::{
         Analysis, AnalysisResult, Class, Classes, Event, Explanation, FiniteMemoryStrategy, Improvement,
         InducedModel, Kind, Lasso, Levels, Memory, Opponent, Options, Phase, Rank, RegionSearch,
-        Requirements, Safety, Sample, Scheduler, Setup, Shield, ShieldNode, ShieldVariable, Simulation,
-        StrategyKind, Threat, classes, explain, finite_memory, improvement, induced_model, joint, lasso,
-        levels, region_search, regions, requirements, result, shield, simulate, strategy, tally, temporal,
-        winning_regions,
+        Requirements, Safety, Sample, Scheduler, Setup, Shield, ShieldAction, ShieldNode, ShieldVariable,
+        Simulation, StrategyKind, Threat, ValueRule, classes, explain, finite_memory, improvement,
+        induced_model, joint, lasso, levels, region_search, regions, requirements, result, shield, simulate,
+        strategy, tally, temporal, winning_regions,
     };
 }
 
@@ -325,7 +325,7 @@ pub mod question {
     pub use meliora_question::{
         Answer, Answers, Asking, Job, Listener, Options, PathGoal, PolicyKind, Questions, Required, Stopping,
         Strategies, Target, Under, WantedStrategies, Warning, answers, check_start, evaluate, list, pipeline,
-        plan, race, regions,
+        plan, race, regions, shield,
     };
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use meliora::engine::Selection;
 use meliora::question::WantedStrategies;
+use meliora::question::shield::Threshold;
 use meliora::{Limit, Properties, Settings, SourceFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -17,6 +18,7 @@ use crate::model::Model;
 use crate::options::{self, ExploreOptions};
 use crate::preferences::{self, Preferences};
 use crate::region::Space;
+use crate::shield::Shield;
 use crate::worker::Call;
 use crate::{files, sweep, values};
 
@@ -199,7 +201,8 @@ impl Model {
         let (space, settings, is_any) = model.space(&ExploreOptions { scope, engine, memory, order })?;
         let engine = selection(&settings, is_any);
         let opponent = opponent_policy;
-        let (require, strategies) = (require.unwrap_or_default(), WantedStrategies { strong, policy, opponent });
+        let (require, strategies) =
+            (require.unwrap_or_default(), WantedStrategies { strong, policy, opponent });
         let ask = meliora::Ask { require, precision, strategies, engine };
         let (call, inner, is_one) = (Call::new(timeout, progress)?, model.inner.clone(), given.is_one());
         let found = space.worker.phase(py, &call, "properties", move || given.ask(&inner, &ask, settings))?;
@@ -220,6 +223,48 @@ impl Model {
             one.set_item("plan", values::plain(py, to_string(&plan))?)?;
         }
         Ok(if is_one { one.unbind() } else { answers })
+    }
+
+    /// Computes how safe each action of each state is, and permits those that are safe enough, as `meliora shield` does.
+    /// The safety of an action is the best probability of the formula after it, for `Pmin` 1 minus it. In a game it holds
+    /// against every strategy of the opponent.
+    ///
+    /// Args:
+    ///     property: `Pmin=? [ … ]` of a bad event or `Pmax=? [ … ]` of a good one, or a shield expression
+    ///         `<name, PreSafety, lambda=0.9> Pmax=? [ G !"crash" ]`, which has a threshold of its own.
+    ///     threshold: The least safety of a permitted action. Where no action reaches it, those with the best safety are
+    ///         permitted.
+    ///     relative: The threshold is a factor of the best safety of each state.
+    ///     limit: The maximum number of states.
+    ///     engine: "auto" (default): the first engine to know all states.
+    ///     scope, memory, order, timeout, progress: As in `explore`.
+    ///
+    /// Raises:
+    ///     InputError: The property is wrong or not supported.
+    ///     LimitError: A limit was reached.
+    #[pyo3(signature = (property, threshold=None, *, relative=false, limit=1_000_000, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
+    #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
+    fn shield(
+        slf: &Bound<'_, Self>,
+        property: &str,
+        threshold: Option<f64>,
+        relative: bool,
+        limit: i128,
+        scope: &str,
+        engine: &str,
+        memory: Option<&Bound<'_, PyAny>>,
+        order: Option<&Bound<'_, PyAny>>,
+        timeout: Option<&Bound<'_, PyAny>>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Shield> {
+        let (space, settings, is_any) = slf.get().space(&ExploreOptions { scope, engine, memory, order })?;
+        let (limit, engine) = (options::count("limit", limit)?, selection(&settings, is_any));
+        let threshold = threshold.map(|x| Threshold::parse(&x.to_string(), relative)).transpose();
+        let threshold = threshold.map_err(|wrong| usage(format!("threshold={wrong}")))?;
+        let (call, inner, property) =
+            (Call::new(timeout, progress)?, slf.get().inner.clone(), property.to_owned());
+        let work = move || inner.shield(&property, threshold, limit, engine, settings);
+        Shield::new(slf.py(), space.worker.phase(slf.py(), &call, "shield", work)?)
     }
 
     /// Answers the properties of an instance of a sweep.

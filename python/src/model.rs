@@ -20,6 +20,8 @@ use crate::{display, files};
 
 /// The name and the text of a file.
 type NamedText = (String, String);
+/// Two files that may be missing.
+type TwoFiles = (Option<NamedText>, Option<NamedText>);
 
 /// A model in PRISM's language or in JANI, or a list of its states: read, checked and flat, but not
 /// explored.
@@ -224,7 +226,7 @@ impl Model {
     }
 
     #[staticmethod]
-    #[pyo3(signature = (name, text, constants, bounds, archive=None, coalition=None, beside=(None, None)))]
+    #[pyo3(signature = (name, text, constants, bounds, archive=None, coalition=None, beside=(None, None), rewards=Vec::new()))]
     #[expect(clippy::too_many_arguments, reason = "they are those of `__reduce__`")]
     fn _restore(
         py: Python<'_>,
@@ -234,14 +236,16 @@ impl Model {
         bounds: String,
         archive: Option<Vec<u8>>,
         coalition: Option<Vec<String>>,
-        beside: (Option<NamedText>, Option<NamedText>),
+        beside: TwoFiles,
+        rewards: Vec<TwoFiles>,
     ) -> PyResult<Self> {
         let file = |(name, text): NamedText| SourceFile::new(name, text);
-        let beside = [beside.0.map(file), beside.1.map(file)];
+        let files = |both: TwoFiles| [both.0.map(file), both.1.map(file)];
         let model = match archive {
             Some(bytes) => Model::from_bytes(py, name, &bytes, &Call::plain())?,
             None => {
-                let document = Document::new(SourceFile::new(name, text)).with_beside(beside);
+                let document = Document::new(SourceFile::new(name, text)).with_beside(files(beside));
+                let document = document.with_rewards(rewards.into_iter().map(files).collect());
                 Model::load(py, document, (constants, bounds), &Call::plain())?
             }
         };
@@ -256,10 +260,13 @@ impl Model {
         let source = &self.inner.program().source;
         let archive = self.document.archive().map(|bytes| PyBytes::new(py, bytes));
         let (constants, bounds, coalition) = (&self.constants, &self.bounds, &self.coalition);
-        let [values, labels] =
-            self.document.beside().each_ref().map(|file| file.as_ref().map(|f| (&f.name, f.original())));
+        let named =
+            |file: &Option<Arc<SourceFile>>| file.as_ref().map(|f| (f.name.clone(), f.original().to_owned()));
+        let files = |both: &[Option<Arc<SourceFile>>; 2]| (named(&both[0]), named(&both[1]));
+        let rewards: Vec<TwoFiles> = self.document.rewards().iter().map(files).collect();
+        let beside = files(self.document.beside());
         let arguments =
-            (&source.name, source.original(), constants, bounds, archive, coalition, (values, labels));
+            (&source.name, source.original(), constants, bounds, archive, coalition, beside, rewards);
         (restore, arguments).into_pyobject(py)
     }
 

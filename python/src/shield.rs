@@ -13,7 +13,7 @@ use pyo3::types::{PyBool, PyBytes, PyDict, PyList, PyString, PyTuple};
 
 use crate::arrays;
 use crate::errors::{Failure, usage};
-use crate::values::as_dict;
+use crate::values::{self, as_dict};
 
 /// The permitted actions of all states, for an agent that acts step by step. A shield needs no
 /// model, and follows levels, references and monitors.
@@ -34,6 +34,10 @@ use crate::values::as_dict;
 /// present one is a step; a call with the present state is a step only after `correct`, or after
 /// `step`. A state is a dictionary, or a sequence of values in the order of the variables (without
 /// those of monitors), or a number if there is one variable; 0 and 1 are Booleans, too.
+///
+/// A shield of `Model.shield` is one by value: an action is permitted if the best probability of a formula after it is
+/// within a threshold, or the best one. `values` has these probabilities, `secure` is True where the permitted
+/// actions reach the threshold, and `correct` replaces a forbidden action by the best one.
 ///
 /// A shield has one episode, and must not be used by several threads at once; `copy` is cheap.
 #[pyclass(frozen, module = "meliora")]
@@ -60,7 +64,7 @@ impl Shield {
         *lock(&self.at)
     }
 
-    fn values(&self, state: &Bound<'_, PyAny>) -> PyResult<State> {
+    fn state(&self, state: &Bound<'_, PyAny>) -> PyResult<State> {
         let own = self.table.variables();
         let wrong = |problem: &str| usage(format!("{state} is not a state: {problem}"));
         if state.cast::<PyDict>().is_ok() || state.hasattr("items")? && !state.hasattr("shape")? {
@@ -97,7 +101,7 @@ impl Shield {
 
     /// Moves to the node of a state. `again` says that the present state is a step, too.
     fn observe(&self, state: &Bound<'_, PyAny>, again: bool) -> PyResult<usize> {
-        let values = self.values(state)?;
+        let values = self.state(state)?;
         let found = self.table.observe(self.position(), &values, again);
         let node = found.map_err(|missed| self.missed(state, &missed))?;
         *lock(&self.at) = Position { node: Some(node), taken: None };
@@ -117,7 +121,7 @@ impl Shield {
 
     /// Returns the mask of a state without an episode; `memory` is the number of its node.
     fn flags(&self, state: &Bound<'_, PyAny>, memory: Option<usize>) -> PyResult<&[bool]> {
-        let values = self.values(state)?;
+        let values = self.state(state)?;
         let table = &*self.table;
         let Some(node) = memory else {
             return match table.mask_of_state(&values) {
@@ -201,7 +205,7 @@ impl Answer {
 
 #[pymethods]
 impl Shield {
-    /// `"sasi"`, `"spi"`, `"plan"` or `"achieve"`.
+    /// `"sasi"`, `"spi"`, `"plan"`, `"achieve"`, or `"safety"` for a shield by value.
     #[getter]
     fn kind(&self) -> &str {
         &self.table.shield.kind
@@ -225,7 +229,7 @@ impl Shield {
     /// Raises:
     ///     UsageError: No episode may start in this state: it is not in the scope.
     fn reset(&self, state: &Bound<'_, PyAny>) -> PyResult<()> {
-        let values = self.values(state)?;
+        let values = self.state(state)?;
         let node = self.table.start(&values).map_err(|missed| self.missed(state, &missed))?;
         *lock(&self.at) = Position { node: Some(node), taken: None };
         Ok(())
@@ -347,6 +351,30 @@ impl Shield {
     fn most_preferred<'py>(&self, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyTuple>> {
         let node = &self.table.shield.nodes[self.observe(state, false)?];
         PyTuple::new(state.py(), node.class.map_or(&[][..], |class| &self.table.shield.classes[class]))
+    }
+
+    /// The rule of a shield by value: its property, `maximises` for `Pmax`, the threshold, and whether that is `relative` to
+    /// the best action; None for the shield of a strategy.
+    #[getter]
+    fn rule(&self, py: Python<'_>) -> PyResult<Option<Py<PyAny>>> {
+        let rule = self.table.shield.rule.as_ref();
+        rule.map(|rule| values::plain(py, serde_json::to_string(rule))).transpose()
+    }
+
+    /// Returns the bounds of the value of each enabled action in this state, by name: the best probability of the formula
+    /// after it.
+    ///
+    /// Raises:
+    ///     UsageError: The shield is not one by value.
+    fn values<'py>(&self, py: Python<'py>, state: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyDict>> {
+        let node = &self.table.shield.nodes[self.observe(state, false)?];
+        let found = PyDict::new(py);
+        for action in &node.actions {
+            let [lower, upper] =
+                action.value.ok_or_else(|| usage("the shield of a strategy has no values"))?;
+            found.set_item(&self.table.shield.actions[action.action], (lower, upper))?;
+        }
+        Ok(found)
     }
 
     /// Writes the shield into a folder: its table, and a manifest with the hash of the table. An older

@@ -206,3 +206,11 @@ def test_what_preferences_say_of_a_model_is_seen_when_they_meet(toy: meliora.Mod
     assert (caught.value.file, caught.value.line) == (str(file), 3)
     with pytest.raises(meliora.UsageError, match="Preferences or the path"):
         toy.check(3)  # type: ignore[arg-type]
+
+
+def test_a_pickled_list_of_transitions_keeps_the_rewards_next_to_it(tmp_path: Path) -> None:
+    for name, text in [("m.tra", "2 2\n0 1 1\n1 1 1\n"), ("m.srew", '# Reward structure "cost"\n2 1\n0 3\n')]:
+        (tmp_path / name).write_text(text)
+    model = meliora.Model.from_file(tmp_path / "m.tra")
+    for own in (model, pickle.loads(pickle.dumps(model))):
+        assert own.ask('R{"cost"}=? [ F state=1 ]')["value"] == {"lower": 3.0, "upper": 3.0}

@@ -43,6 +43,7 @@ mod questions;
 mod reach;
 mod regions;
 mod report;
+mod shield;
 mod simulate;
 mod strategy;
 mod values;
@@ -90,6 +91,7 @@ enum Command {
     Strategy(strategy::StrategyArgs),
     Simulate(simulate::SimulateArgs),
     Values(values::ValuesArgs),
+    Shield(shield::ShieldArgs),
     Report(report::ReportArgs),
     Export(export::ExportArgs),
     Query(query::QueryArgs),
@@ -128,6 +130,7 @@ fn run(args: &[OsString], form: Form) -> Status {
         Command::Strategy(args) => strategy::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Values(args) => values::run(args),
+        Command::Shield(args) => shield::run(args),
         Command::Report(args) => report::run(args),
         Command::Export(args) => export::run(args),
         Command::Query(args) => query::run(args),

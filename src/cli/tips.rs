@@ -10,7 +10,6 @@ const OTHER_COMMANDS: &[(&str, &str)] = &[
     ("sweep", "a range of a constant makes a sweep, as in `meliora check MODEL PREFS -c N=1:5`"),
     ("explain", "`meliora strategy MODEL PREFS` explains the actions of a state"),
     ("plan", "`meliora strategy MODEL PREFS --kind plan` shows a plan"),
-    ("shield", "`meliora strategy MODEL PREFS` shows the permitted actions; shields are objects in Python"),
     ("prism", "`meliora reach MODEL --property PROPERTY` answers properties of PRISM"),
 ];
 

@@ -9,7 +9,7 @@
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
 //! `named_states`, `projection`, `model`, `task`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `dumps`,
-//! `work`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`,
+//! `work`, `shield`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`,
 //! `induced_files`, `region_dump`, `policies`, `sweep`.
 
 mod analysis;
@@ -42,6 +42,8 @@ pub mod region_dump;
 #[cfg(feature = "output")]
 mod report;
 mod results;
+#[cfg(feature = "output")]
+mod shield;
 mod states;
 #[cfg(feature = "output")]
 pub mod strategies;

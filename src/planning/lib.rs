@@ -64,7 +64,7 @@ pub use levels::{Kind, Levels, Rank, improvable};
 pub use region_search::RegionSearch;
 pub use requirements::Requirements;
 pub use result::AnalysisResult;
-pub use shield::{Shield, ShieldNode, ShieldVariable};
+pub use shield::{Shield, ShieldAction, ShieldNode, ShieldVariable, ValueRule};
 pub use simulate::{Setup, Simulation};
 pub use simulation::Opponent;
 pub use strategies::{DecisionRule, Threat};

@@ -88,8 +88,8 @@ pub mod equations;
 mod solvers;
 
 pub use answers::{
-    all_states, by_goal, choose, confirmed, followed, optimal, outlook, path_values, several, sought,
-    state_values, values, vector,
+    actions, all_states, by_goal, choose, confirmed, followed, optimal, outlook, path_values, several,
+    sought, state_values, values, vector,
 };
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};

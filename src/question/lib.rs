@@ -7,6 +7,7 @@
 //!   the [`answers`] so far.
 //! - `answering`: requests with one engine, [`under`] requirements; [`answer`]: the verdict or the number.
 //! - [`evaluate`], `states`: other properties, as expressions over states.
+//! - [`shield`]: permitted actions by the probabilities after them.
 //! - [`regions`]: the regions of properties, as diagrams.
 
 pub mod answer;
@@ -23,6 +24,7 @@ pub mod plan;
 pub mod questions;
 pub mod race;
 pub mod regions;
+pub mod shield;
 mod start;
 mod states;
 mod stopping;

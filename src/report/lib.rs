@@ -45,6 +45,7 @@ pub mod reach;
 pub mod reason;
 pub mod report;
 pub mod schema;
+pub mod shield;
 pub mod simulate;
 pub mod simulate_csv;
 pub mod state;
@@ -81,6 +82,7 @@ pub use query::QueryReport;
 pub use reach::ReachReport;
 pub use report::FailureKind;
 pub use report::{Failure, Report};
+pub use shield::ShieldReport;
 pub use simulate::SimulateReport;
 pub use strategy::{StrategyReport, Written};
 pub use style::Style;
@@ -102,6 +104,7 @@ const REPORTS: &[(&str, Raw)] = &[
     ("query", schema::raw::<QueryReport>),
     ("reach", schema::raw::<ReachReport>),
     ("report", schema::raw::<PageReport>),
+    ("shield", schema::raw::<ShieldReport>),
     ("simulate", schema::raw::<SimulateReport>),
     ("strategy", schema::raw::<StrategyReport>),
     ("sweep", schema::raw::<sweep::SweepReport>),

@@ -187,6 +187,11 @@ const COMMANDS: &[(i32, &str)] = &[
     (0, "values POND --all"),
     (0, "values models/courier.prism models/courier.pref --safety transition"),
     (4, "values TINY models/scramble.pref"),
+    (
+        0,
+        "shield models/toy.prism --property <n,PreSafety,gamma=0.5>Pmax=?[F<=2(s=3)] --limit 1 --out OUT/shield",
+    ),
+    (0, "shield models/pursuit.prism -c N=4 --property <<robot>>Pmin=?[F(x=0)] --threshold 0.5"),
     (0, "strategy TOY --choose cheap"),
     (0, "strategy models/drone.prism models/drone.pref --kind achieve --objective Cabin --choose likely"),
     (0, "simulate models/drone.prism models/drone.pref --kind achieve --objective Cabin --choose likely"),

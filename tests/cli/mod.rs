@@ -51,6 +51,7 @@ mod regions;
 mod report;
 mod requirements;
 mod settings;
+mod shield;
 mod status;
 mod stopping;
 mod strategies;

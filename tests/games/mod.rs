@@ -1,6 +1,7 @@
 //! Turn-based games: against all strategies of both sides, against the model with one player, and one
 //! engine against the other.
 
+mod action_values;
 mod certificates;
 mod dumps;
 mod levels;

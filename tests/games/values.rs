@@ -19,7 +19,7 @@ pub(crate) const LEVELS: usize = 2;
 pub(crate) type Number = Option<Ratio>;
 
 /// A choice: its gain and its edges.
-type Action = (Ratio, Vec<(usize, Ratio)>);
+pub(crate) type Action = (Ratio, Vec<(usize, Ratio)>);
 
 /// Returns the least solution of x = gain + Σ p · x for one action per state.
 fn of_chain(rows: &[&Action]) -> Vec<Number> {
@@ -73,7 +73,7 @@ fn strategies(actions: &[Vec<Action>], is_open: impl Fn(usize) -> bool) -> Vec<V
 }
 
 /// Returns the greatest values that we guarantee, or the least ones.
-fn against(actions: &[Vec<Action>], theirs: &[bool], greatest: bool) -> Vec<Number> {
+pub(crate) fn against(actions: &[Vec<Action>], theirs: &[bool], greatest: bool) -> Vec<Number> {
     let above = |a: &Number, b: &Number| match (a, b) {
         (Some(a), Some(b)) => a > b,
         (None, Some(_)) => true,

@@ -473,7 +473,7 @@ class Model:
         """Answers the properties of an instance of a sweep."""
     def _repr_html_(self) -> str: ...
     @staticmethod
-    def _restore(name: str, text: str, constants: str, bounds: str, archive: bytes | None=None, coalition: Sequence[str] | None=None, beside: tuple[tuple[str, str] | None, tuple[str, str] | None]=...) -> Model: ...
+    def _restore(name: str, text: str, constants: str, bounds: str, archive: bytes | None=None, coalition: Sequence[str] | None=None, beside: tuple[tuple[str, str] | None, tuple[str, str] | None]=..., rewards: Sequence[Any]=...) -> Model: ...
     @property
     def actions(self) -> list[str]:
         """The names of the action labels."""
@@ -658,6 +658,24 @@ class Model:
 
         Raises:
             InputError: The text is wrong; with `stop_at_target`, also if no state decides it, as for `G F`."""
+    def shield(self, property: str, threshold: float | None=None, *, relative: bool=False, limit: int=1000000, scope: _Scope='reachable', engine: _Engine='auto', memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> Shield:
+        """Computes how safe each action of each state is, and permits those that are safe enough, as `meliora shield` does.
+        The safety of an action is the best probability of the formula after it, for `Pmin` 1 minus it. In a game it holds
+        against every strategy of the opponent.
+
+        Args:
+            property: `Pmin=? [ … ]` of a bad event or `Pmax=? [ … ]` of a good one, or a shield expression
+                `<name, PreSafety, lambda=0.9> Pmax=? [ G !"crash" ]`, which has a threshold of its own.
+            threshold: The least safety of a permitted action. Where no action reaches it, those with the best safety are
+                permitted.
+            relative: The threshold is a factor of the best safety of each state.
+            limit: The maximum number of states.
+            engine: "auto" (default): the first engine to know all states.
+            scope, memory, order, timeout, progress: As in `explore`.
+
+        Raises:
+            InputError: The property is wrong or not supported.
+            LimitError: A limit was reached."""
     def simulate_policy(self, policy: _Path | dict[str, Any] | list[Any], *, target: str | None=None, preferences: Preferences | _Path | None=None, runs: int=1000, steps: int=1000, seed: int=1, memory: int | str | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> PolicyReport:
         """Runs a policy from the initial states, as `meliora simulate --policy` does.
 
@@ -965,6 +983,10 @@ class Shield:
     `step`. A state is a dictionary, or a sequence of values in the order of the variables (without
     those of monitors), or a number if there is one variable; 0 and 1 are Booleans, too.
 
+    A shield of `Model.shield` is one by value: an action is permitted if the best probability of a formula after it is
+    within a threshold, or the best one. `values` has these probabilities, `secure` is True where the permitted
+    actions reach the threshold, and `correct` replaces a forbidden action by the best one.
+
     A shield has one episode, and must not be used by several threads at once; `copy` is cheap."""
     def __copy__(self) -> Shield: ...
     def __deepcopy__(self, _memo: Any) -> Shield: ...
@@ -997,8 +1019,8 @@ class Shield:
     @overload
     def correct(self, state: _ShieldState, action: int) -> int: ...
     @property
-    def kind(self) -> _StrategyKind:
-        """`"sasi"`, `"spi"`, `"plan"` or `"achieve"`."""
+    def kind(self) -> _StrategyKind | Literal['safety']:
+        """`"sasi"`, `"spi"`, `"plan"`, `"achieve"`, or `"safety"` for a shield by value."""
     @staticmethod
     def load(folder: _Path) -> Shield:
         """Reads a shield from a folder. Checks the hash, and that the promises follow from the table:
@@ -1042,6 +1064,10 @@ class Shield:
         Raises:
             UsageError: No episode may start in this state: it is not in the scope."""
     @property
+    def rule(self) -> dict[str, Any] | None:
+        """The rule of a shield by value: its property, `maximises` for `Pmax`, the threshold, and whether that is `relative` to
+        the best action; None for the shield of a strategy."""
+    @property
     def safety(self) -> Literal['action', 'prefix']:
         """`"action"` or `"prefix"`."""
     def save(self, folder: _Path) -> None:
@@ -1057,6 +1083,12 @@ class Shield:
 
         Raises:
             UsageError: No action leads there from the present state."""
+    def values(self, state: _ShieldState) -> dict[str, tuple[float, float]]:
+        """Returns the bounds of the value of each enabled action in this state, by name: the best probability of the formula
+        after it.
+
+        Raises:
+            UsageError: The shield is not one by value."""
 
 @final
 class Simulation:

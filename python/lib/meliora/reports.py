@@ -972,6 +972,94 @@ class ReportReport(Report):
     """The object of `check`."""
 
 
+class ShieldSizes(TypedDict):
+    """The sizes of the shield; `null` until it is computed."""
+
+    states: int
+    """Number of states."""
+    actions: int
+    """Number of actions of all states."""
+    permitted: int
+    """Number of actions that are permitted."""
+    below: int
+    """Number of states in which no action reaches the threshold, so that those with the best safety are
+    permitted."""
+
+
+class ShieldStatesActions(TypedDict):
+    """An action with its value."""
+
+    action: str
+    """Its name."""
+    value: Bounds
+    """The best probability of the formula after it."""
+    permitted: bool
+    """True if it is permitted."""
+    instead: NotRequired[str]
+    """The action that is taken instead, if this one is not permitted; absent for others."""
+
+
+class ShieldStates(TypedDict):
+    """A state with its actions."""
+
+    state: State
+    """The values of its variables."""
+    theirs: NotRequired[bool]
+    """`true`: the opponent chooses here, and may do so freely; absent for other states."""
+    decided: NotRequired[bool]
+    """`true`: the formula is true or false here, whatever follows; absent for other states."""
+    secure: bool
+    """`true` if the permitted actions reach the threshold."""
+    actions: List[ShieldStatesActions]
+    """The actions, in the order of the program."""
+
+
+class ShieldTime(TypedDict):
+    """Seconds by phase; a phase that did not end is `null`."""
+
+    parse: Union[float, None]
+    """Reading model and property; `null` if not finished."""
+    build: Union[float, None]
+    """Encoding the model and finding the states; `null` if not finished."""
+    values: Union[float, None]
+    """Computing the values of all actions; `null` if not finished."""
+    write: Union[float, None]
+    """Writing the shield; `null` if not finished."""
+    total: float
+    """Seconds of the whole run."""
+
+
+class ShieldReport(ModelReport):
+    """A report, in the order of the JSON fields."""
+
+    schema: Literal["meliora.shield/1"]
+    """The kind and version of the object."""
+    engine: NotRequired[Literal["symbolic", "explicit"]]
+    """The engine; absent until it is taken."""
+    engine_reason: NotRequired[str]
+    """Why `--engine auto` has taken this engine; absent with another `--engine`."""
+    property: Union[str, None]
+    """The property whose values are listed; `null` until it is read."""
+    name: NotRequired[str]
+    """The name of a shield expression; absent without one."""
+    threshold: Union[float, None]
+    """The least safety of a permitted action; for `Pmin`, the safety is 1 minus the value."""
+    relative: Union[bool, None]
+    """True if the threshold is a factor of the best safety of the state."""
+    horizon: NotRequired[int]
+    """Number of steps that a bounded property looks ahead; absent if it is not bounded."""
+    sizes: Union[ShieldSizes, None]
+    """The sizes of the shield; `null` until it is computed."""
+    states: List[ShieldStates]
+    """The first states, with monitors if the property needs some."""
+    more: int
+    """Number of states that are not listed here."""
+    written: NotRequired[str]
+    """The directory of the shield (`--out`); absent if none is written."""
+    time: ShieldTime
+    """Seconds by phase; a phase that did not end is `null`."""
+
+
 class SimulatePlaysImprovements(TypedDict):
     """A number of improvements."""
 

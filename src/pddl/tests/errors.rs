@@ -70,7 +70,7 @@ fn mistakes_in_domains_are_shown_at_their_places() {
             "2:69: `far` has 1 arguments, here are 0",
         ),
         ("(:action a :effect (r a) )", "2:20: unknown predicate `r`"),
-        ("(:fairness :a (x))", "2:1: `:fairness` of some actions is not supported"),
+        ("(:fairness :a (x))", "2:1: `:fairness` of some actions is not supported: all outcomes are fair"),
         ("(:actions)", "2:1: unknown section `:actions`"),
         (
             "(:action a :effects (q))",

@@ -10,6 +10,7 @@ use std::hash::Hash;
 
 use ahash::{AHashMap, AHashSet};
 
+use super::by_value::SAFETY;
 use super::{Shield, ShieldAction, ShieldNode, ShieldVariable, safe_modes};
 use crate::analysis::levels::Kind;
 use crate::{Safety, StrategyKind};
@@ -24,7 +25,7 @@ enum Leads {
 }
 
 /// A condition that holds, or the fault.
-type Check = Result<(), String>;
+pub(super) type Check = Result<(), String>;
 
 impl Shield {
     /// Checks the table. Returns the first fault.
@@ -37,7 +38,8 @@ impl Shield {
     /// From nodes with improvements ahead, permitted steps can make the next one; if improvements are
     /// sure, each of them does, or leaves as many ahead. A strategy of the kind `achieve` pursues the same
     /// objectives everywhere. From nodes that pursue objectives, permitted steps keep and can achieve them.
-    /// In a node of the opponent all actions are permitted, and each of them leads on. Cost: linear in the
+    /// In a node of the opponent all actions are permitted, and each of them leads on. By value, permitted actions are those
+    /// of the rule. Cost: linear in the
     /// size of the table, up to the number of actions of a node.
     pub fn fault(&self) -> Option<String> {
         self.check().err()
@@ -57,6 +59,11 @@ impl Shield {
         self.each(Self::check_numbers)?;
         self.each(Self::check_successors)?;
         self.check_agreement()?;
+        if let Some(rule) = &self.rule {
+            return self.check_values(rule);
+        }
+        let is_plain = |node: &ShieldNode| !node.decided && node.actions.iter().all(|a| a.value.is_none());
+        self.each(|shield, v| ensure(is_plain(&shield.nodes[v]), || "values without a rule".to_owned()))?;
         self.each(Self::check_reference)?;
         self.each(Self::check_promise)?;
         self.check_progress()?;
@@ -68,7 +75,7 @@ impl Shield {
     }
 
     /// Runs a check of every node; a fault says which node has it.
-    fn each(&self, check: impl Fn(&Self, usize) -> Check) -> Check {
+    pub(super) fn each(&self, check: impl Fn(&Self, usize) -> Check) -> Check {
         (0..self.nodes.len()).try_for_each(|v| check(self, v).map_err(|fault| self.at(v, &fault)))
     }
 
@@ -90,7 +97,10 @@ impl Shield {
     }
 
     fn check_modes(&self) -> Check {
-        let kinds: Vec<&str> = StrategyKind::ALL.iter().map(|kind| kind.name()).collect();
+        let kinds: Vec<&str> = match self.rule {
+            Some(_) => vec![SAFETY],
+            None => StrategyKind::ALL.iter().map(|kind| kind.name()).collect(),
+        };
         one_of("kind", &self.kind, &kinds)?;
         one_of("safety mode", &self.safety, &safe_modes())
     }
@@ -388,7 +398,7 @@ impl Shield {
         improves && !weakens(reference, class)
     }
 
-    fn name(&self, action: &ShieldAction) -> String {
+    pub(super) fn name(&self, action: &ShieldAction) -> String {
         plain(&self.actions[action.action])
     }
 }
@@ -412,7 +422,7 @@ pub(super) fn either(names: &[&str]) -> String {
     names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(" or ")
 }
 
-fn in_range(what: &str, number: usize, count: usize) -> Check {
+pub(super) fn in_range(what: &str, number: usize, count: usize) -> Check {
     ensure(number < count, || format!("the {what} {number} is out of range: there are {count}"))
 }
 

@@ -25,11 +25,13 @@
 //! While a plan, or a strategy of the kind `achieve`, pursues an objective, a shield permits the actions
 //! with which it stays sure. Permitted steps then lead to nodes that pursue one, too, and can achieve it.
 
+pub mod by_value;
 mod fault;
 
 use std::collections::VecDeque;
 
 use ahash::AHashMap;
+pub use by_value::ValueRule;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::analysis::Safety;
@@ -46,10 +48,13 @@ use meliora_model::{Program, State};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Shield {
-    /// The kind of the strategy.
+    /// The kind of the strategy, or [`by_value::SAFETY`].
     pub kind: String,
     /// The safety mode.
     pub safety: String,
+    /// The rule of a shield by value; `None` for that of a strategy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rule: Option<ValueRule>,
     /// The variables of states, those of monitors included.
     pub variables: Vec<ShieldVariable>,
     /// The names of the actions: the labels of the model, then those of unlabelled commands.
@@ -82,7 +87,7 @@ pub struct ShieldVariable {
 }
 
 /// A state with memory.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShieldNode {
     /// The values of the variables.
@@ -98,7 +103,7 @@ pub struct ShieldNode {
     /// The number of improvements ahead; `None` if it is unbounded.
     #[serde(deserialize_with = "present")]
     pub ahead: Option<usize>,
-    /// True if no permitted step ever weakens from here on.
+    /// True if no permitted step ever weakens from here on; by value, if the permitted actions reach the threshold.
     pub secure: bool,
     /// The objectives that are pursued here, together if there are several.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -107,6 +112,9 @@ pub struct ShieldNode {
     /// condition.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub achieved: bool,
+    /// By value, true if the formula is true or false here whatever follows.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub decided: bool,
     /// The enabled actions.
     pub actions: Vec<ShieldAction>,
     /// The permitted action that a correction takes, a position in `actions`.
@@ -120,14 +128,17 @@ impl ShieldNode {
     }
 }
 
-/// An enabled action of a node: all choices with one label.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+/// An enabled action of a node: all choices with one label; by value, one choice.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShieldAction {
     /// A position in [`Shield::actions`].
     pub action: usize,
     /// True if the shield permits it.
     pub permitted: bool,
+    /// By value, the bounds of its value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<[f64; 2]>,
     /// The nodes that it may enter.
     pub next: Vec<usize>,
 }
@@ -306,6 +317,7 @@ impl<E: Engine> Builder<'_, E> {
         let action = |(label, permitted): (Labelled, bool)| ShieldAction {
             action: label.action,
             permitted,
+            value: None,
             next: label.next,
         };
         let actions = labels.into_iter().zip(permitted).map(action).collect();
@@ -315,7 +327,20 @@ impl<E: Engine> Builder<'_, E> {
         let kept = memory.pursuit.is_some_and(|pursuit| self.strategy.keeps(pursuit));
         let (secure, achieved) = (false, kept || at.is_achieved());
         let state = at.state;
-        Ok(ShieldNode { state, theirs, class, reference, ahead, secure, pursues, achieved, actions, pick })
+        let decided = false;
+        Ok(ShieldNode {
+            state,
+            theirs,
+            class,
+            reference,
+            ahead,
+            secure,
+            pursues,
+            achieved,
+            decided,
+            actions,
+            pick,
+        })
     }
 
     /// Returns which labels are permitted, and the position of one to pick: it makes progress if any
@@ -384,6 +409,7 @@ impl<E: Engine> Builder<'_, E> {
         let names = |set: &ObjectiveSet| preferences.names(set).into_iter().map(str::to_owned).collect();
         Shield {
             kind: strategy.kind.name().to_owned(),
+            rule: None,
             safety: strategy.improvement.safety.name().to_owned(),
             variables: variables(&strategy.program),
             classes: self.classes.iter().map(names).collect(),

@@ -237,6 +237,18 @@ mod tests {
         assert_eq!(kept(Kind::Spi).verdict(&all), Verdict::Hopeless);
     }
 
+    /// An improving step of the opponent achieves nothing that is pursued, unless something is.
+    #[test]
+    fn a_step_of_the_opponent_achieves_only_where_something_is_pursued() {
+        let mut all = [successor(false, true, false), successor(false, false, false)];
+        all[0].change = Change::Improving;
+        assert_eq!(kept(Kind::Sasi).answer(&all), Verdict::MayImprove);
+        assert_eq!(kept(Kind::Sasi).answer(&all[..1]), Verdict::Improves);
+        let plan = || Case { pursuit: Some(Manner::Kept), ..kept(Kind::Sasi) };
+        assert_eq!(plan().answer(&all), Verdict::MayAchieve);
+        assert_eq!(plan().answer(&all[1..]), Verdict::Lateral);
+    }
+
     #[test]
     fn of_several_verdicts_the_first_in_the_documented_order_counts() {
         let mut all: Vec<Successor> = (0..3).map(|_| successor(false, false, false)).collect();

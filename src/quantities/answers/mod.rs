@@ -10,8 +10,10 @@
 //! | [`confirmed`] | bounds that one step confirms, for certificates |
 //! | [`path_values`], [`sought`] | probabilities of formulas and rewards until a target, without preferences |
 //! | [`several`], [`followed`] | several objectives at once; strategies for them, followed |
+//! | [`actions`] | the value after each action, from those of all states |
 //! | [`vector`] | numbers of all states of an [`Arena`](crate::equations::arena::Arena) |
 
+pub mod actions;
 pub mod all_states;
 pub mod by_goal;
 pub mod choose;

@@ -54,10 +54,9 @@ impl Value {
     }
 
     /// Replaces a probability by 1 minus it.
-    pub(crate) fn complement(&mut self) {
-        if let Value::Finite(Bounds { interval, exact }) = self {
-            *interval = interval.complement();
-            *exact = exact.take().map(|exact| exact.complement());
+    pub fn complement(&mut self) {
+        if let Value::Finite(bounds) = self {
+            *bounds = bounds.clone().complement();
         }
     }
 }

@@ -34,7 +34,7 @@ pub struct Arena<'e> {
     positions: Narrow,
     codes: Codes,
     codec: Codec,
-    sink: Arc<dyn ProgressSink>,
+    pub(crate) sink: Arc<dyn ProgressSink>,
     /// The bytes that the arena leaves of the memory limit.
     memory: u64,
 }

@@ -75,6 +75,12 @@ impl Bounds {
         self
     }
 
+    /// Returns 1 minus a probability.
+    #[must_use]
+    pub fn complement(self) -> Self {
+        Bounds { interval: self.interval.complement(), exact: self.exact.map(|exact| exact.complement()) }
+    }
+
     /// Lowers the lower bound of a number of which a loss is possible.
     pub(crate) fn lose(&mut self, loss: f64) {
         if loss > 0.0 {

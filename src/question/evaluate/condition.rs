@@ -70,3 +70,30 @@ fn join(parts: &mut Vec<Part>, part: Part) {
         _ => parts.push(part),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meliora_base::error::SourceFile;
+
+    /// All 4,096 sets of the twelve states of two variables, in their order.
+    #[test]
+    fn the_condition_of_a_set_holds_in_its_states_and_in_no_others() {
+        let text = "mdp module m x : [1..3]; b : bool; y : [0..1]; endmodule";
+        let none = SourceFile::new("--const", "");
+        let program = meliora_lang::load(&SourceFile::new("m.prism", text), &none).unwrap().program;
+        let all: Vec<State> =
+            (0..12).map(|number| vec![1 + number / 4, number / 2 % 2, number % 2]).collect();
+        for set in 0..1_u32 << all.len() {
+            let inside = |number: usize| set >> number & 1 == 1;
+            let states: Vec<State> =
+                (0..all.len()).filter(|&number| inside(number)).map(|number| all[number].clone()).collect();
+            let mut pool = ExprPool::clone(&program.pool);
+            let condition = condition_of(&program, &mut pool, &states);
+            for (number, state) in all.iter().enumerate() {
+                let holds = pool.eval(condition, state).unwrap();
+                assert_eq!(holds, Value::Bool(inside(number)), "{set:b} {state:?}");
+            }
+        }
+    }
+}

@@ -10,8 +10,10 @@
 //! - `following`: strategies for them that files state.
 //! - `optimal`, `aims`: the strategy of one operator, and the value of a strategy by its `chain`;
 //!   `running`: runs of it.
+//! - `actions`: probabilities after each action.
 //! - `filters`: functions of the values in several states.
 
+mod actions;
 mod aims;
 mod chain;
 mod condition;
@@ -30,6 +32,7 @@ mod several;
 use std::cell::OnceCell;
 use std::sync::Arc;
 
+pub use actions::ActionValues;
 pub use chain::PolicyNode;
 pub use following::{Following, Nodes, Objectives, StrategyFault, StrategyFaultKind};
 use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};

@@ -49,7 +49,7 @@ impl<'a> Lowering<'a> {
                 self.lowerer.again(automaton.name.span, message, first.name.span, labels);
             }
         }
-        for element in &model.system.elements {
+        for element in model.system.automata() {
             let element = &element.automaton;
             match known.get(element.name.as_str()) {
                 Some(automaton) => elements.push(*automaton),

@@ -27,5 +27,6 @@ pub(super) fn model(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result
     let document = reader::document(source)?;
     let mut reader = Reader::new(source, sink);
     let model = Model::read(&mut reader, document.root(), "the model").map(Model::with_assignments_of_edges);
+    let model = model.and_then(|model| model.with_flat_system(&mut reader));
     reader.finish(model)
 }

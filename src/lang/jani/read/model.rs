@@ -1,11 +1,12 @@
 //! The objects of a model.
 
 use super::super::json::{Node, Shape};
+use super::composition::Part;
 use super::property::Properties;
 use super::reader::Reader;
 use super::record::{NonEmpty, Read, records};
 use super::types::{Action, Bounds, Exp, Feature, Version};
-use crate::ast::{Expr, Ident, Span};
+use crate::ast::{Expr, Ident};
 use meliora_base::stack;
 use meliora_model::ModelKind;
 
@@ -101,6 +102,13 @@ records! {
         "index" => index: i64 = 0,
     };
 
+    /// The automata that run in parallel, and their synchronisation; without vectors they are `None`.
+    System = "the system" {
+        "elements" => parts: Vec<Part>,
+        "syncs" => vectors: Option<Vec<Vector>> = None,
+    }
+    at span;
+
     Element = "an element of the system" {
         "automaton" => automaton: Ident,
     }
@@ -112,14 +120,6 @@ records! {
         "result" => result: Action = Action(None),
     }
     at span;
-}
-
-/// The automata that run in parallel, and their synchronisation; without vectors they are `None`.
-#[derive(Debug, Clone)]
-pub(crate) struct System {
-    pub(crate) elements: Vec<Element>,
-    pub(crate) vectors: Option<Vec<Vector>>,
-    pub(crate) span: Span,
 }
 
 /// The variable that an assignment changes, or an element of an array.

@@ -117,7 +117,9 @@ impl<'a> Read<'a> for Action {
         if reader.is_null(node) {
             return Some(Action(None));
         }
-        reader.name(node, &format!("{what}, an action or null")).map(|name| Action(Some(name)))
+        // Storm hides an action by giving it no name.
+        let name = reader.name(node, &format!("{what}, an action or null"))?;
+        Some(Action((!name.name.is_empty()).then_some(name)))
     }
 }
 
