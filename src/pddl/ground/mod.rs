@@ -59,6 +59,8 @@ enum Meaning {
 pub(crate) struct Atoms {
     /// For each predicate, the meanings by the objects.
     known: Vec<AHashMap<Key, Meaning>>,
+    /// For each predicate, whether actions change it or rules define it.
+    changes: Vec<bool>,
 }
 
 impl Atoms {

@@ -1,13 +1,13 @@
-//! The outcomes of an effect: all combinations of its alternatives. Parts whose condition never holds are left out
-//! before outcomes multiply.
+//! The outcomes of an effect: all combinations of its alternatives. A part whose condition never holds, by the facts
+//! that nothing changes, is no change.
 
 use std::rc::Rc;
 
 use ahash::AHashMap;
 use num_traits::{One, Zero};
 
-use super::reach::every;
-use super::{Atoms, Ground, GroundAtom};
+use super::reach::{every, may_hold};
+use super::{Atoms, GroundAtom};
 use crate::task::{Condition, Effect, Object, Term};
 use meliora_base::exact::Ratio;
 
@@ -51,12 +51,11 @@ impl Outcomes {
             Effect::And(parts) => {
                 let mut product = Self::one(Vec::new());
                 for part in parts {
-                    if !atoms.is_void(part, values) {
-                        product = product.times(Self::new(atoms, part, values, conditions)?)?;
-                    }
+                    product = product.times(Self::new(atoms, part, values, conditions)?)?;
                 }
                 Some(product.distinct())
             }
+            Effect::When(condition, _) if atoms.excludes(condition, values) => Some(Self::one(Vec::new())),
             Effect::When(condition, inner) => {
                 let mut both = Vec::clone(conditions);
                 let objects: Vec<Term> = values.iter().copied().map(Term::Object).collect();
@@ -71,9 +70,6 @@ impl Outcomes {
             Effect::All(domains, inner) => {
                 let mut product = Some(Self::one(Vec::new()));
                 every(domains, values, &mut |values| {
-                    if atoms.is_void(inner, &mut values.to_vec()) {
-                        return;
-                    }
                     let part = Self::new(atoms, inner, &mut values.to_vec(), conditions);
                     product = product.take().and_then(|product| product.times(part?));
                 });
@@ -193,13 +189,10 @@ impl Outcomes {
 }
 
 impl Atoms {
-    /// Returns whether the conditions around an effect never hold.
-    fn is_void(&self, effect: &Effect, values: &mut Vec<Object>) -> bool {
-        match effect {
-            Effect::When(condition, inner) => {
-                self.ground(condition, values) == Ground::False || self.is_void(inner, values)
-            }
-            _ => false,
-        }
+    /// Returns whether a condition never holds, by the facts that nothing changes.
+    fn excludes(&self, condition: &Condition, values: &mut Vec<Object>) -> bool {
+        !may_hold(condition, values, &|predicate, row, is_positive| {
+            self.changes[predicate] || self.get(predicate, row).is_some() == is_positive
+        })
     }
 }

@@ -102,7 +102,9 @@ impl Reached {
         deleted: &AHashSet<GroundAtom>,
     ) -> (Atoms, Vec<GroundAtom>, Vec<GroundAtom>) {
         let initial: AHashSet<&GroundAtom> = task.initial.iter().collect();
-        let mut atoms = Atoms { known: vec![AHashMap::new(); task.predicates.len()] };
+        let predicates = task.predicates.len();
+        let changes = (0..predicates).map(|predicate| changes_at_all(task, predicate)).collect();
+        let mut atoms = Atoms { known: vec![AHashMap::new(); predicates], changes };
         let (mut facts, mut constant) = (Vec::new(), Vec::new());
         for (number, predicate) in task.predicates.iter().enumerate().filter(|(_, p)| !p.is_derived) {
             for row in self.rows(number) {
@@ -209,28 +211,39 @@ impl Evaluation<'_> {
 
 /// Returns whether a condition may hold: a fact that can change may always be false.
 fn possible(task: &Task, relations: &[Relation], condition: &Condition, values: &mut Vec<Object>) -> bool {
+    may_hold(condition, values, &|predicate, row, is_positive| {
+        let is_known = relations[predicate].contains(row);
+        if is_positive { is_known } else { !is_known || changes_at_all(task, predicate) }
+    })
+}
+
+/// Returns whether a condition may hold, given which literals may: `literal(predicate, objects, is_positive)`.
+pub(super) fn may_hold(
+    condition: &Condition,
+    values: &mut Vec<Object>,
+    literal: &dyn Fn(usize, &Key, bool) -> bool,
+) -> bool {
     match condition {
         Condition::Literal(atom, is_positive) => {
             let row: Key = atom.arguments.iter().map(|term| term.object(values)).collect();
-            let is_known = relations[atom.predicate].contains(&row);
-            if *is_positive { is_known } else { !is_known || changes_at_all(task, atom.predicate) }
+            literal(atom.predicate, &row, *is_positive)
         }
         Condition::Equal(left, right, is_positive) => {
             (left.object(values) == right.object(values)) == *is_positive
         }
-        Condition::And(all) => all.iter().all(|c| possible(task, relations, c, values)),
-        Condition::Or(all) => all.iter().any(|c| possible(task, relations, c, values)),
+        Condition::And(all) => all.iter().all(|c| may_hold(c, values, literal)),
+        Condition::Or(all) => all.iter().any(|c| may_hold(c, values, literal)),
         Condition::All(domains, inner) => {
             let mut all = true;
             every(domains, values, &mut |values| {
-                all = all && possible(task, relations, inner, &mut values.to_vec());
+                all = all && may_hold(inner, &mut values.to_vec(), literal);
             });
             all
         }
         Condition::Some(domains, inner) => {
             let mut any = false;
             every(domains, values, &mut |values| {
-                any = any || possible(task, relations, inner, &mut values.to_vec());
+                any = any || may_hold(inner, &mut values.to_vec(), literal);
             });
             any
         }

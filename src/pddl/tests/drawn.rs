@@ -4,6 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use meliora_base::exact::Ratio;
 
+use super::drawn_conditions::{Closed, Cond, Fixed, names, object};
+
 /// An atom: the name of its predicate and its objects.
 pub(super) type Atom = (&'static str, Vec<usize>);
 /// A state: the atoms that hold.
@@ -11,9 +13,9 @@ pub(super) type State = BTreeSet<Atom>;
 /// An outcome: conditions, and the literals that they guard.
 type Outcome = BTreeSet<(BTreeSet<Closed>, bool, Atom)>;
 
-const OBJECTS: [&str; 3] = ["a", "b", "c"];
+pub(super) const OBJECTS: [&str; 3] = ["a", "b", "c"];
 /// The types, each with its objects; the last two are written `object` and `(either s t)`.
-const TYPES: [(&str, &[usize]); 4] =
+pub(super) const TYPES: [(&str, &[usize]); 4] =
     [("s", &[0, 1]), ("t", &[2]), ("object", &[0, 1, 2]), ("(either s t)", &[0, 1, 2])];
 /// Predicates that change, with their arities; `fixed` does not change, `linked` is derived.
 const CHANGED: [(&str, usize); 4] = [("p", 0), ("q", 1), ("at", 2), ("r", 1)];
@@ -35,18 +37,6 @@ impl Tape<'_> {
 }
 
 #[derive(Debug, Clone)]
-enum Cond {
-    Atom(&'static str, Vec<usize>),
-    Equal(usize, usize),
-    Not(Box<Cond>),
-    And(Vec<Cond>),
-    Or(Vec<Cond>),
-    Imply(Box<Cond>, Box<Cond>),
-    All(usize, Box<Cond>),
-    Some(usize, Box<Cond>),
-}
-
-#[derive(Debug, Clone)]
 enum Eff {
     And(Vec<Eff>),
     Atom(&'static str, Vec<usize>, bool),
@@ -55,18 +45,6 @@ enum Eff {
     OneOf(Vec<Eff>),
     Probably(Vec<(u32, Eff)>),
     Earn(u32),
-}
-
-/// A condition of an outcome, whose free variables have values. Equal ones are the same condition, whatever
-/// the names of their variables: those of quantifiers are numbered after the objects, from the outside.
-#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
-enum Closed {
-    Atom(&'static str, Vec<usize>, bool),
-    Equal(usize, usize, bool),
-    And(Vec<Closed>),
-    Or(Vec<Closed>),
-    All(usize, Box<Closed>),
-    Some(usize, Box<Closed>),
 }
 
 #[derive(Debug, Clone)]
@@ -84,21 +62,6 @@ pub(super) struct Drawn {
     goal: Cond,
     /// A condition of a preference.
     wish: Cond,
-}
-
-/// Returns the object of an argument: the variables in scope come first, then the objects.
-fn object(argument: usize, scope: &[usize]) -> usize {
-    let at = argument % (scope.len() + OBJECTS.len());
-    scope.get(at).copied().unwrap_or_else(|| at - scope.len())
-}
-
-fn name(argument: usize, scope: usize) -> String {
-    let at = argument % (scope + OBJECTS.len());
-    if at < scope { format!("?v{at}") } else { OBJECTS[at - scope].to_owned() }
-}
-
-fn names(arguments: &[usize], scope: usize) -> String {
-    arguments.iter().map(|&argument| format!(" {}", name(argument, scope))).collect()
 }
 
 fn condition(tape: &mut Tape<'_>, depth: usize, with_derived: bool) -> Cond {
@@ -234,9 +197,16 @@ impl Drawn {
         [self.goal.holds(&all, &mut Vec::new()), self.wish.holds(&all, &mut Vec::new())]
     }
 
+    fn fixed(&self) -> Fixed {
+        let mut changed: BTreeSet<&'static str> = [DERIVED.0].into();
+        self.actions.iter().for_each(|action| action.effect.changed(&mut changed));
+        Fixed { changed, initial: self.initial.clone() }
+    }
+
     /// Returns the applicable actions by name, each with its successors.
     pub(super) fn steps(&self, state: &State) -> BTreeMap<String, (BTreeMap<State, Ratio>, Ratio)> {
         let all = self.with_derived(state);
+        let fixed = self.fixed();
         let mut steps = BTreeMap::new();
         for (number, action) in self.actions.iter().enumerate() {
             for values in tuples(&action.parameters) {
@@ -247,7 +217,7 @@ impl Drawn {
                         false => format!("do{number}({})", shown.join(",")),
                     };
                     let earned = action.effect.earned(&values, &all);
-                    steps.insert(name, (successors(&action.effect, &values, state, &all), earned));
+                    steps.insert(name, (successors(&action.effect, &values, state, &all, &fixed), earned));
                 }
             }
         }
@@ -267,11 +237,17 @@ fn tuples(types: &[usize]) -> Vec<Vec<usize>> {
     all
 }
 
-fn successors(effect: &Eff, values: &[usize], state: &State, all: &State) -> BTreeMap<State, Ratio> {
+fn successors(
+    effect: &Eff,
+    values: &[usize],
+    state: &State,
+    all: &State,
+    fixed: &Fixed,
+) -> BTreeMap<State, Ratio> {
     let mut successors = BTreeMap::new();
-    for (probability, outcome) in effect.outcomes(values) {
+    for (probability, outcome) in effect.outcomes(values, fixed) {
         let applies = |(conditions, added, atom): &(BTreeSet<Closed>, bool, Atom)| {
-            conditions.iter().all(|c| c.holds(all, &mut Vec::new())).then(|| (*added, atom.clone()))
+            conditions.iter().all(|c| c.holds(all)).then(|| (*added, atom.clone()))
         };
         let applied: Vec<(bool, Atom)> = outcome.iter().filter_map(applies).collect();
         let mut next = state.clone();
@@ -282,111 +258,6 @@ fn successors(effect: &Eff, values: &[usize], state: &State, all: &State) -> BTr
         *successors.entry(next).or_insert_with(|| Ratio::new(0.into(), 1.into())) += probability;
     }
     successors
-}
-
-impl Cond {
-    fn text(&self, scope: usize) -> String {
-        let list = |all: &[Cond]| all.iter().map(|c| format!(" {}", c.text(scope))).collect::<String>();
-        match self {
-            Cond::Atom(name, arguments) => format!("({name}{})", names(arguments, scope)),
-            Cond::Equal(x, y) => format!("(= {} {})", name(*x, scope), name(*y, scope)),
-            Cond::Not(inner) => format!("(not {})", inner.text(scope)),
-            Cond::And(all) => format!("(and{})", list(all)),
-            Cond::Or(all) => format!("(or{})", list(all)),
-            Cond::Imply(x, y) => format!("(imply {} {})", x.text(scope), y.text(scope)),
-            Cond::All(of, inner) => {
-                format!("(forall (?v{scope} - {}) {})", TYPES[*of].0, inner.text(scope + 1))
-            }
-            Cond::Some(of, inner) => {
-                format!("(exists (?v{scope} - {}) {})", TYPES[*of].0, inner.text(scope + 1))
-            }
-        }
-    }
-
-    fn holds(&self, state: &State, scope: &mut Vec<usize>) -> bool {
-        match self {
-            Cond::Atom(name, arguments) => {
-                state.contains(&(name, arguments.iter().map(|&x| object(x, scope)).collect()))
-            }
-            Cond::Equal(x, y) => object(*x, scope) == object(*y, scope),
-            Cond::Not(inner) => !inner.holds(state, scope),
-            Cond::And(all) => all.iter().all(|c| c.holds(state, scope)),
-            Cond::Or(all) => all.iter().any(|c| c.holds(state, scope)),
-            Cond::Imply(x, y) => !x.holds(state, scope) || y.holds(state, scope),
-            Cond::All(of, inner) => TYPES[*of].1.iter().all(|&o| inner.under(o, state, scope)),
-            Cond::Some(of, inner) => TYPES[*of].1.iter().any(|&o| inner.under(o, state, scope)),
-        }
-    }
-
-    fn under(&self, object: usize, state: &State, scope: &[usize]) -> bool {
-        self.holds(state, &mut scope.iter().copied().chain([object]).collect())
-    }
-
-    /// Returns the condition, or its negation, under values of the variables; `inner` quantifiers are open.
-    fn closed(&self, values: &[usize], inner: usize, is_positive: bool) -> Closed {
-        let number = |argument: usize| match argument % (values.len() + inner + OBJECTS.len()) {
-            at if at < values.len() => values[at],
-            at if at < values.len() + inner => at - values.len() + OBJECTS.len(),
-            at => at - values.len() - inner,
-        };
-        let each = |all: &[Cond]| all.iter().map(|c| c.closed(values, inner, is_positive)).collect();
-        let under = |c: &Cond| Box::new(c.closed(values, inner + 1, is_positive));
-        // `object` and `(either s t)` are the same objects.
-        let of = |of: usize| of.min(2);
-        match self {
-            Cond::Atom(name, arguments) => {
-                Closed::Atom(name, arguments.iter().map(|&x| number(x)).collect(), is_positive)
-            }
-            Cond::Equal(x, y) => Closed::Equal(number(*x), number(*y), is_positive),
-            Cond::Not(c) => c.closed(values, inner, !is_positive),
-            Cond::And(all) => Closed::join(is_positive, each(all)),
-            Cond::Or(all) => Closed::join(!is_positive, each(all)),
-            Cond::Imply(x, y) => {
-                let parts = vec![x.closed(values, inner, !is_positive), y.closed(values, inner, is_positive)];
-                Closed::join(!is_positive, parts)
-            }
-            Cond::All(t, c) if is_positive => Closed::All(of(*t), under(c)),
-            Cond::Some(t, c) if !is_positive => Closed::All(of(*t), under(c)),
-            Cond::All(t, c) | Cond::Some(t, c) => Closed::Some(of(*t), under(c)),
-        }
-    }
-}
-
-impl Closed {
-    /// Returns a conjunction or a disjunction, of which the parts of the same kind are parts themselves.
-    fn join(is_and: bool, parts: Vec<Closed>) -> Closed {
-        let flat = |part| match part {
-            Closed::And(parts) if is_and => parts,
-            Closed::Or(parts) if !is_and => parts,
-            other => vec![other],
-        };
-        let parts = parts.into_iter().flat_map(flat).collect();
-        if is_and { Closed::And(parts) } else { Closed::Or(parts) }
-    }
-
-    fn holds(&self, state: &State, inner: &mut Vec<usize>) -> bool {
-        let object =
-            |x: &usize, inner: &[usize]| if *x < OBJECTS.len() { *x } else { inner[*x - OBJECTS.len()] };
-        let mut under = |objects: &[usize], closed: &Closed, all: bool| {
-            let mut each = objects.iter().map(|&o| {
-                inner.push(o);
-                let holds = closed.holds(state, inner);
-                inner.pop();
-                holds
-            });
-            if all { each.all(|holds| holds) } else { each.any(|holds| holds) }
-        };
-        match self {
-            Closed::All(of, closed) => under(TYPES[*of].1, closed, true),
-            Closed::Some(of, closed) => under(TYPES[*of].1, closed, false),
-            Closed::Atom(name, arguments, positive) => {
-                state.contains(&(name, arguments.iter().map(|x| object(x, inner)).collect())) == *positive
-            }
-            Closed::Equal(x, y, positive) => (object(x, inner) == object(y, inner)) == *positive,
-            Closed::And(all) => all.iter().all(|c| c.holds(state, inner)),
-            Closed::Or(all) => all.iter().any(|c| c.holds(state, inner)),
-        }
-    }
 }
 
 /// Outcomes with their probabilities.
@@ -412,10 +283,21 @@ impl Eff {
         }
     }
 
+    /// Adds the predicates that the effect changes.
+    fn changed(&self, all: &mut BTreeSet<&'static str>) {
+        match self {
+            Eff::Atom(name, ..) => _ = all.insert(name),
+            Eff::And(parts) | Eff::OneOf(parts) => parts.iter().for_each(|e| e.changed(all)),
+            Eff::When(_, inner) | Eff::All(_, inner) => inner.changed(all),
+            Eff::Probably(parts) => parts.iter().for_each(|(_, e)| e.changed(all)),
+            Eff::Earn(_) => {}
+        }
+    }
+
     /// Returns the distribution: where alternatives have no probabilities, all distinct outcomes have
     /// the same one.
-    fn outcomes(&self, values: &[usize]) -> Distribution {
-        let raw = self.raw(values, &BTreeSet::new());
+    fn outcomes(&self, values: &[usize], fixed: &Fixed) -> Distribution {
+        let raw = self.raw(values, &BTreeSet::new(), fixed);
         if self.has_numbers() {
             return raw;
         }
@@ -449,7 +331,7 @@ impl Eff {
         }
     }
 
-    fn raw(&self, values: &[usize], conditions: &BTreeSet<Closed>) -> Distribution {
+    fn raw(&self, values: &[usize], conditions: &BTreeSet<Closed>, fixed: &Fixed) -> Distribution {
         let one = || Ratio::new(1.into(), 1.into());
         let product = |parts: Vec<Distribution>| {
             parts.into_iter().fold(vec![(one(), Outcome::new())], |all, part| {
@@ -466,28 +348,33 @@ impl Eff {
                 vec![(one(), [(conditions.clone(), *added, atom)].into())]
             }
             Eff::Earn(_) => vec![(one(), Outcome::new())],
-            Eff::And(all) => product(all.iter().map(|e| e.raw(values, conditions)).collect()),
+            Eff::And(all) => product(all.iter().map(|e| e.raw(values, conditions, fixed)).collect()),
+            Eff::When(condition, _) if !condition.closed(values, 0, true).may_hold(fixed) => {
+                vec![(one(), Outcome::new())]
+            }
             Eff::When(condition, inner) => {
                 let more = match condition.closed(values, 0, true) {
                     Closed::And(parts) => parts,
                     other => vec![other],
                 };
-                inner.raw(values, &conditions.iter().cloned().chain(more).collect())
+                inner.raw(values, &conditions.iter().cloned().chain(more).collect(), fixed)
             }
             Eff::All(of, inner) => {
                 let each = |&o: &usize| {
-                    inner.raw(&values.iter().copied().chain([o]).collect::<Vec<_>>(), conditions)
+                    inner.raw(&values.iter().copied().chain([o]).collect::<Vec<_>>(), conditions, fixed)
                 };
                 product(TYPES[*of].1.iter().map(each).collect())
             }
-            Eff::OneOf(all) => all.iter().flat_map(|e| e.raw(values, conditions)).collect(),
+            Eff::OneOf(all) => all.iter().flat_map(|e| e.raw(values, conditions, fixed)).collect(),
             Eff::Probably(all) => {
                 let tenth = |n: u32| Ratio::new(n.into(), 10.into());
                 let mut mixed: Distribution = Vec::new();
                 let mut rest = one();
                 for (tenths, e) in all {
                     rest -= tenth(*tenths);
-                    mixed.extend(e.raw(values, conditions).into_iter().map(|(p, x)| (p * tenth(*tenths), x)));
+                    mixed.extend(
+                        e.raw(values, conditions, fixed).into_iter().map(|(p, x)| (p * tenth(*tenths), x)),
+                    );
                 }
                 if rest != tenth(0) {
                     mixed.push((rest, Outcome::new()));

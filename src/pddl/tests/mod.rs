@@ -2,6 +2,7 @@
 
 mod agreement;
 mod drawn;
+mod drawn_conditions;
 mod errors;
 mod initial;
 mod measures;
