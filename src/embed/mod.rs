@@ -25,6 +25,7 @@ mod episodes;
 #[cfg(feature = "output")]
 pub mod explicit_files;
 mod exploration;
+#[cfg(feature = "output")]
 pub mod induced_files;
 mod levels;
 mod members;

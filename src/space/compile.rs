@@ -1,7 +1,7 @@
 //! The compiler from expressions to code for the [`super::machine`].
 //!
 //! Conditions become jumps, so that `&`, `|` and `?:` evaluate only the operands they need, in the
-//! order of [`ExprPool::eval`]. Some nodes become routines whose results are kept ([`share`]), so
+//! order of [`ExprPool::eval`]. Some nodes become routines whose results are kept (`share`), so
 //! that nested formulas are neither copied nor computed again.
 
 use ahash::AHashMap;
