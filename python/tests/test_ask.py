@@ -150,7 +150,9 @@ def test_policies_and_strong_plans_come_with_the_answer(walk: meliora.Model) -> 
     found = walk.ask("multi(Pmax>=0.5 [ F x=2 ], Pmax>=0.1 [ F x=1 ])", policy=True)
     shares = [Fraction(str(one["share"])) for one in found["policy"]["strategies"]]
     assert sum(shares) == 1
+    found = walk.ask("Pmax>=1 [ G F x=2 ]", policy=True)
+    assert meliora.Policy(found["policy"])({"x": 0}) == "right"
     with pytest.raises(errors.UsageError, match="reaching a target"):
-        walk.ask("Pmax>=1 [ G F x=2 ]", policy=True)
+        walk.ask("Pmax>=1 [ G F x=2 ]", strong=True)
     with pytest.raises(errors.UsageError, match="requirements"):
         walk.ask("Pmax>=1 [ F x=2 ]", policy=True, require=["G x<3"])
