@@ -12,7 +12,7 @@ use meliora_question::list::{self, Listed};
 use meliora_question::plan::Plan;
 use meliora_question::{Asking, Questions, Stopping};
 
-/// What is asked.
+/// The questions.
 #[derive(Debug, Clone, Copy)]
 pub enum Properties<'a> {
     /// A condition on states that is to be reached.
@@ -21,7 +21,7 @@ pub enum Properties<'a> {
     Texts(&'a [&'a str]),
     /// The same, where one that cannot be read has a reason, as in a file.
     Each(&'a [&'a str]),
-    /// Those of a property file in PRISM's language.
+    /// Properties of a file in PRISM's language.
     File(PropertyFile<'a>),
     /// All that the model names.
     Named,
@@ -38,7 +38,7 @@ pub struct PropertyFile<'a> {
     pub only: Option<&'a str>,
 }
 
-/// What holds next to the properties.
+/// The conditions of the questions.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Terms<'a> {
     /// Safe formulas that every strategy must keep: `G p`.
@@ -174,7 +174,7 @@ impl PropertyFile<'_> {
     /// Returns the properties that are asked for; the program gets the definitions of the file.
     ///
     /// # Errors
-    /// A definition is wrong; there is no such property.
+    /// A definition is wrong; no property has the name.
     fn listed(&self, program: &mut Program) -> Result<Vec<Listed>> {
         let mut stated = lang::parse_properties(self.source, self.constants, program)?;
         if let Some(only) = self.only {
