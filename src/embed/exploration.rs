@@ -59,7 +59,8 @@ impl Reached {
         let target = of(search.goal()?);
         let found = search.all()?;
         let known = found.clone().map(Some);
-        let answer = Under::new(&engine, program, goal)?.answer(asking, program, &known, precision)?;
+        let answer =
+            Under::new(&engine, program, goal)?.answer(asking, program, &known, (None, precision))?;
         answer.end?;
         Ok(Reached {
             target,

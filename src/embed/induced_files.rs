@@ -1,7 +1,7 @@
 //! The chain that the strategy of a property leaves, for other programs.
 
 use meliora_base::error::Result;
-use meliora_base::exact::Real;
+use meliora_base::exact::{Ratio, Real};
 use meliora_base::progress::ProgressSink;
 use meliora_export::explicit::{Graph, Row, chain, drn, prism, program_text, state_rewards, umb_of_chain};
 use meliora_model::{Program, fault};
@@ -75,7 +75,7 @@ fn graph(policy: &PropertyPolicy, program: &Program) -> Result<Graph> {
         let mut rows: Vec<Row> = Vec::with_capacity(node.choices.len());
         for taking in &node.choices {
             let action = names.get(taking.position).map(|(_, name)| name.clone()).unwrap_or_default();
-            let to = taking.successors.iter().map(|(to, p)| (*to, Real::Finite(p.clone()).to_f64()));
+            let to = taking.successors.iter().map(|(to, p)| (*to, Real::Finite(Ratio::clone(p)).to_f64()));
             let mut successors: Vec<(usize, f64)> = to.collect();
             successors.sort_by_key(|successor| successor.0);
             rows.push(Row { action, successors });

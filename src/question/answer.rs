@@ -87,7 +87,8 @@ impl Asking {
     }
 
     /// Answers the question from the regions of its formula that it needs, and a target without a question not at all. The
-    /// regions contain all states, also those with monitors that are not fresh. Cost: that of [`Sought::prepare`].
+    /// regions contain all states, also those with monitors that are not fresh. `optima` are the numbers of the initial
+    /// states, if they are known. Cost: that of [`Sought::prepare`].
     ///
     /// # Errors
     /// A limit is hit, or a reward is wrong.
@@ -96,12 +97,18 @@ impl Asking {
         engine: &E,
         model: &Arc<Program>,
         regions: &Regions<Option<E::States>>,
-        precision: f64,
+        (optima, precision): (Option<&[Number]>, f64),
     ) -> Result<Answer> {
         let decided = self.decided(engine, regions)?;
         let Some(PropertyKind::Quantity(quantity)) = &self.question else { return Ok(decided) };
         if decided.value.is_some() {
             return Ok(decided);
+        }
+        if let Some(values) = optima {
+            let holds = quantity.bound.as_ref().map(|bound| truth(values, bound));
+            if holds != Some(None) {
+                return Ok(Answer { value: over(values, self.over), ..Answer::of(holds.flatten()) });
+            }
         }
         let (program, no_states) = (&**self.goal.program(model), engine.no_states());
         let target = match &self.goal.target {

@@ -9,6 +9,7 @@ use ahash::AHashMap;
 use crate::answer::Answer;
 use crate::answers::{Answers, Share};
 use crate::asking::Asking;
+use crate::evaluate::Number;
 use crate::goal::{PathGoal, Target};
 use crate::listener::{Listener, Shares};
 use crate::plan::{Decision, Request};
@@ -95,6 +96,8 @@ pub(crate) struct Answering<'a> {
     pub(crate) options: &'a Options,
     pub(crate) asked: &'a Questions,
     pub(crate) known: RefCell<Known>,
+    /// The numbers that the only operator asks for in the initial states, if its strategy was found first.
+    pub(crate) optima: Option<&'a [Number]>,
 }
 
 impl<'a> Answering<'a> {
@@ -104,7 +107,7 @@ impl<'a> Answering<'a> {
         asked: &'a Questions,
         known: Known,
     ) -> Self {
-        Answering { listener, options, asked, known: RefCell::new(known) }
+        Answering { listener, options, asked, known: RefCell::new(known), optima: None }
     }
 
     /// Returns the decisions about all requests.
@@ -305,7 +308,8 @@ impl<'a> Answering<'a> {
         for &request in group.members.iter().filter(|&&request| self.has_value(request)) {
             let (asking, known, mut partial) = (self.asking(request), group.search.known(), None);
             let answer = || {
-                let mut answer = under.answer(asking, &self.asked.program, known, self.options.precision)?;
+                let numbers = (self.optima, self.options.precision);
+                let mut answer = under.answer(asking, &self.asked.program, known, numbers)?;
                 let end = std::mem::replace(&mut answer.end, Ok(()));
                 // A number of a game that is not supported leaves the others.
                 let leaves = answer.no_value.is_some() && !self.options.is_one;

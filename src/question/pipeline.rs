@@ -15,13 +15,14 @@ use crate::evaluate::Mix;
 use crate::goal::Target;
 use crate::listener::{Listener, Shares};
 use crate::number::Number;
+use crate::plan::Planned;
 use crate::questions::{Options, PolicyKind, Questions, Strategies};
 use crate::race::{Early, Job, Raced, started};
-use crate::strategies;
+use crate::strategies::{self, Optimal};
 use crate::warnings::Warning;
 use meliora_base::decimal::readable;
 use meliora_base::error::{Error, Limit, Result};
-use meliora_engine::{AnyEngine, Engine, ExplicitEngine, Guided, SymbolicEngine};
+use meliora_engine::{AnyEngine, Engine, ExplicitEngine, Guided, Selection, Storage, SymbolicEngine};
 use meliora_lang::property::{Over, PropertyKind};
 use meliora_model::Program;
 use meliora_planning::policy::Policy;
@@ -42,6 +43,7 @@ pub fn answer<J: Job + Listener>(job: &J, options: &Options, asked: &Questions) 
         closed: Vec::new(),
         engine: None,
         strategies: Strategies::default(),
+        has_optimal: false,
     };
     work.begin();
     work.early()?;
@@ -54,11 +56,18 @@ pub fn answer<J: Job + Listener>(job: &J, options: &Options, asked: &Questions) 
 
 /// The way in which a request was answered.
 enum Answered {
-    /// By an engine that knows all states, these requests; the answers are in the report. With the strategies of `multi`.
-    ByStates(Arc<AnyEngine>, Vec<usize>, Known, Option<Mix>),
+    /// By an engine that knows all states, these requests; the answers are in the report.
+    ByStates(Arc<AnyEngine>, Vec<usize>, Found),
     /// Over all valuations, with the policy that was asked for, if there is one.
     Everywhere(Judged, Option<Box<Policy>>),
     Guided(Box<Guided>),
+}
+
+/// The decisions about all requests, and the strategies that were found on the way to them.
+struct Found {
+    known: Known,
+    mix: Option<Mix>,
+    optimal: Option<Optimal>,
 }
 
 /// The questions, and the decisions so far.
@@ -76,6 +85,8 @@ struct Work<'a, J> {
     /// The engine of the model, once it knows all states.
     engine: Option<Arc<AnyEngine>>,
     strategies: Strategies,
+    /// True once the strategies of one operator are known.
+    has_optimal: bool,
 }
 
 impl<J: Job + Listener> Work<'_, J> {
@@ -128,7 +139,8 @@ impl<J: Job + Listener> Work<'_, J> {
         let own = self.engine.take().filter(|_| self.has_rest());
         for at in all {
             let Some(watched) = &plan.requests[at].asking.goal.watched else { continue };
-            let is_needed = self.is_needed(at);
+            let mut needing = plan.requests[at].properties.iter().map(|&at| &plan.properties[at]);
+            let is_needed = self.is_needed(at) && !needing.all(|property| self.needs_no_monitors(property));
             let early = self.is_early(at).then_some(at);
             let race = || is_needed.then(|| self.race(&watched.program, &[at], early, false)).transpose();
             match shares.next(race)? {
@@ -148,8 +160,9 @@ impl<J: Job + Listener> Work<'_, J> {
         if !is_done {
             match &self.engine {
                 Some(engine) => {
-                    let (known, _) = self.by_states(self.job, engine, &requests, true)?;
+                    let Found { known, optimal, .. } = self.by_states(self.job, engine, &requests, true)?;
                     self.known = known;
+                    self.found_optimal(optimal);
                     requests.into_iter().for_each(|at| self.done[at] = true);
                 }
                 None => {
@@ -183,7 +196,7 @@ impl<J: Job + Listener> Work<'_, J> {
     /// Returns whether a property has no answer yet, and is evaluated over all states unless its requests decide it.
     fn is_open(&self, property: usize) -> bool {
         let plan = &self.asked.plan;
-        plan.properties[property].request().is_none()
+        (plan.properties[property].request().is_none() || self.needs_no_monitors(&plan.properties[property]))
             && !self.closed.contains(&property)
             && plan.holds(&self.asked.program, property, &self.known).is_none()
     }
@@ -244,23 +257,45 @@ impl<J: Job + Listener> Work<'_, J> {
             guided: target.map(|target| (target, &by_search as _)),
         };
         let by_states = |job: &J, engine: &Arc<AnyEngine>| {
-            let (known, mix) = self.by_states(job, engine, requests, rest)?;
-            Ok(Answered::ByStates(Arc::clone(engine), requests.to_vec(), known, mix))
+            let found = self.by_states(job, engine, requests, rest)?;
+            Ok(Answered::ByStates(Arc::clone(engine), requests.to_vec(), found))
         };
         let (settings, selected) = (&self.options.settings, self.options.selected.clone());
-        Raced { program, settings, selected, lists_states, early, answer: &by_states }.run(self.job)
+        let raced = |selected: Selection| {
+            let early = Early { everywhere: early.everywhere, guided: early.guided };
+            Raced { program, settings, selected, lists_states, early, answer: &by_states }.run(self.job)
+        };
+        if !(selected.is_open && self.wants_optimal() && self.is_plain(requests)) {
+            return raced(selected);
+        }
+        // Only a list of the states has the strategy, too. Where it does not fit, diagrams may have the answer alone.
+        let reason = Some("the strategy needs a list of the states".to_owned());
+        match raced(Selection { storage: Storage::Explicit, reason, is_open: false }) {
+            Err(Error::Limit(_)) if Listener::stop(self.job).is_none() => raced(selected),
+            found => found,
+        }
+    }
+
+    /// Returns whether no request needs monitors.
+    fn is_plain(&self, requests: &[usize]) -> bool {
+        requests.iter().all(|&at| self.asked.plan.requests[at].asking.goal.watched.is_none())
     }
 
     /// Answers some requests with an engine that knows all states, and then the properties that are left if `rest` says
-    /// so. Returns the decisions about all requests, and the strategies of `multi`.
+    /// so. A strategy that is asked for is found first, with the numbers of the answer.
     fn by_states(
         &self,
         listener: &dyn Listener,
         engine: &Arc<AnyEngine>,
         requests: &[usize],
         rest: bool,
-    ) -> Result<(Known, Option<Mix>)> {
+    ) -> Result<Found> {
+        let explicit = engine.explicit().filter(|_| self.is_plain(requests) && self.wants_optimal());
+        let optimal = explicit.map(|explicit| self.strategies_on(listener, explicit));
+        let found = optimal.as_ref().and_then(|found| found.as_ref().ok());
+        let optima = found.and_then(|found| found.optima.as_deref());
         let answering = Answering::new(listener, self.options, self.asked, self.known.clone());
+        let answering = Answering { optima, ..answering };
         if !requests.is_empty() || self.asked.plan.properties.is_empty() {
             answering.requests(&**engine, requests, &mut None)?;
         }
@@ -271,7 +306,7 @@ impl<J: Job + Listener> Work<'_, J> {
         let open =
             Vec::from_iter((0..self.asked.plan.properties.len()).filter(|at| rest && self.is_open(*at)));
         let mix = answering.rest(engine, &build, &open, self.wants(PolicyKind::Mix))?;
-        Ok((answering.known(), mix))
+        Ok(Found { known: answering.known(), mix, optimal: optimal.transpose()? })
     }
 
     /// Returns whether a policy of some kind is asked for.
@@ -279,10 +314,20 @@ impl<J: Job + Listener> Work<'_, J> {
         self.options.strategies.policy && self.asked.policy_kind() == kind
     }
 
-    /// Computes the strategies of one operator that are asked for.
-    fn optimal(&mut self) -> Result<()> {
+    /// Returns whether strategies of one operator are asked for.
+    fn wants_optimal(&self) -> bool {
         let wanted = self.options.strategies;
-        if self.asked.policy_kind() != PolicyKind::Optimal || !(wanted.policy || wanted.opponent) {
+        self.asked.policy_kind() == PolicyKind::Optimal && (wanted.policy || wanted.opponent)
+    }
+
+    /// Returns whether a property is answered over the states of the model, although its request has monitors.
+    fn needs_no_monitors(&self, property: &Planned) -> bool {
+        self.wants_optimal() && strategies::needs_no_monitors(property, &self.asked.plan.requests)
+    }
+
+    /// Computes the strategies of one operator that are asked for, unless they are known.
+    fn optimal(&mut self) -> Result<()> {
+        if !self.wants_optimal() || self.has_optimal {
             return Ok(());
         }
         let (program, settings) = (&self.asked.program, &self.options.settings);
@@ -295,11 +340,24 @@ impl<J: Job + Listener> Work<'_, J> {
             }
         };
         let Some(engine) = engine.explicit() else { return Ok(()) };
+        let found = self.strategies_on(self.listener(), engine)?;
+        self.found_optimal(Some(found));
+        Ok(())
+    }
+
+    /// Computes the strategies of one operator with the states of the model.
+    fn strategies_on(&self, listener: &dyn Listener, engine: &Arc<ExplicitEngine>) -> Result<Optimal> {
         let build = |program: &Arc<Program>| {
             ExplicitEngine::new(Arc::clone(program), engine.settings().clone()).map(Arc::new)
         };
         let find = || strategies::optimal(self.asked, engine, &build, self.options);
-        let [own, opponent] = self.listener().timed(("policy", "policy"), find)?;
+        listener.timed(("policy", "policy"), find)
+    }
+
+    /// Notes the strategies of one operator.
+    fn found_optimal(&mut self, found: Option<Optimal>) {
+        let Some(Optimal { both: [own, opponent], .. }) = found else { return };
+        self.has_optimal = true;
         for found in
             [&own, &opponent].into_iter().flatten().filter(|own| !own.is_attained(self.options.precision))
         {
@@ -311,17 +369,17 @@ impl<J: Job + Listener> Work<'_, J> {
             self.listener().warn(Warning::Text(message));
         }
         (self.strategies.optimal, self.strategies.opponent) = (own, opponent);
-        Ok(())
     }
 
     /// Takes the answer to a request.
     fn take(&mut self, request: usize, answered: Answered) -> Result<()> {
         let asking = self.asked.plan.requests.get(request).map(|request| &request.asking);
         match answered {
-            Answered::ByStates(engine, requests, known, mix) => {
+            Answered::ByStates(engine, requests, Found { known, mix, optimal }) => {
                 self.known = known;
                 requests.into_iter().for_each(|at| self.done[at] = true);
                 self.strategies.mix = mix;
+                self.found_optimal(optimal);
                 if let Some(asking) = asking {
                     self.strategies_of(&engine, asking)?;
                 }

@@ -9,6 +9,7 @@ use crate::answers::ListedState;
 use crate::evaluate::{Build, Evaluator, Mix, Model, Number, PropertyResult, StateValue};
 use crate::goal::PathGoal;
 use crate::listener::Shares;
+use crate::plan::Planned;
 use crate::under::Under;
 use crate::warnings::Warning;
 use meliora_base::error::{Diagnostic, Error, Result, Severity};
@@ -100,7 +101,10 @@ impl Answering<'_> {
         let under = Under::new(&**engine, program, &goal)?;
         self.counted(&**engine, &under, &goal)?;
         let model = Model::new(under.engine(), program, build, self.options.precision);
-        let model = model.under(&self.asked.required);
+        let mut model = model.under(&self.asked.required);
+        if let [Planned { stated: Some((_, term)), .. }] = &self.asked.plan.properties[..] {
+            model = model.knowing(term, self.optima);
+        }
         let mut shares = Shares::of(self.listener, properties.len());
         let mut known = AHashMap::new();
         for &at in properties {

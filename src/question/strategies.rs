@@ -2,14 +2,16 @@
 
 use std::sync::Arc;
 
-use crate::evaluate::{Build, Evaluator, Model, PropertyPolicy};
+use crate::evaluate::{self, Build, Evaluator, Model, PropertyPolicy};
 use crate::number::Number;
-use crate::plan::Planned;
+use crate::plan::{Planned, Request};
 use crate::questions::{Options, Questions};
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
 use meliora_certify::policy::rules::{Rules, Taken};
 use meliora_engine::{Engine, Guided};
+use meliora_lang::property::Optimum;
+use meliora_lang::property::term::{Measure, TermKind};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_planning::policy::{Policy, PolicyEntry, strong_region};
@@ -65,8 +67,28 @@ pub(crate) fn strong<E: Engine>(engine: &E, target: &Predicate) -> Result<(bool,
     Ok((engine.is_empty(&outside)?, Number::from(engine.count(&region)?)))
 }
 
-/// Returns the strategy of the only property, and that of the opponent, as they are asked for; `None` where no strategy
-/// satisfies the property, or has a finite value.
+/// The strategies of one operator that are asked for.
+#[derive(Default)]
+pub(crate) struct Optimal {
+    /// The strategy of the only property, and that of the opponent; `None` where no strategy satisfies the property, or has
+    /// a finite value.
+    pub(crate) both: [Option<PropertyPolicy>; 2],
+    /// The number that the operator asks for in each initial state, once our strategy is found.
+    pub(crate) optima: Option<Vec<evaluate::Number>>,
+}
+
+/// Returns whether a property with a strategy is answered over the states of the model, although its request has monitors:
+/// the strategy needs these states, and there are no others then.
+pub(crate) fn needs_no_monitors(property: &Planned, requests: &[Request]) -> bool {
+    let (Some(at), Some((_, term))) = (property.request(), &property.stated) else { return false };
+    let TermKind::Operator(measured) = &term.kind else { return false };
+    let Measure::Probability(path) = &measured.measure else { return false };
+    // The least probabilities over the states take one pass over them for each step of the longest path.
+    let is_direct = path.single.is_some() && measured.optimum == Optimum::Max;
+    is_direct && requests[at].asking.goal.watched.is_some()
+}
+
+/// Computes the strategy of the only property, and that of the opponent, as they are asked for.
 ///
 /// # Errors
 /// The property has no strategy of this kind; a limit is reached.
@@ -75,20 +97,25 @@ pub(crate) fn optimal<E: Engine>(
     engine: &Arc<E>,
     build: &Build<'_, E>,
     options: &Options,
-) -> Result<[Option<PropertyPolicy>; 2]> {
+) -> Result<Optimal> {
     let [Planned { stated: Some((source, term)), .. }] = &asked.plan.properties[..] else {
         return Err(Error::Usage("`--policy` is about one property".to_owned()));
     };
     let model = Model::new(&**engine, &asked.program, build, options.precision).under(&asked.required);
     let evaluator = Evaluator::new(&model, source);
-    let find = |is_wanted: bool, of_opponent: bool| -> Result<Option<PropertyPolicy>> {
+    let mut optima = None;
+    let mut find = |is_wanted: bool, of_opponent: bool| -> Result<Option<PropertyPolicy>> {
         if !is_wanted {
             return Ok(None);
         }
         let played = evaluator.played_by(term, of_opponent)?;
         let found = evaluator.policy(&played, of_opponent)?;
+        if !of_opponent {
+            optima = Some(found.optima.clone());
+        }
         let is_lost = !found.is_great && found.value.lower.is_infinite();
         Ok(Some(found).filter(|found| !is_lost && played.satisfies(&found.value) != Some(false)))
     };
-    Ok([find(options.strategies.policy, false)?, find(options.strategies.opponent, true)?])
+    let both = [find(options.strategies.policy, false)?, find(options.strategies.opponent, true)?];
+    Ok(Optimal { both, optima })
 }

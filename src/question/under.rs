@@ -12,6 +12,7 @@ use meliora_planning::result::{Escape, ModelCounts};
 
 use crate::answer::Answer;
 use crate::asking::Asking;
+use crate::evaluate::Number;
 use crate::goal::PathGoal;
 
 /// The reason why a quantity has no value.
@@ -75,11 +76,11 @@ impl<'a, E: Engine> Under<'a, E> {
         asking: &Asking,
         model: &Arc<Program>,
         regions: &Regions<Option<E::States>>,
-        precision: f64,
+        known: (Option<&[Number]>, f64),
     ) -> Result<Answer> {
         match self.unsafe_answer(asking) {
             Some(answer) => Ok(answer),
-            None => asking.answered(self.engine(), model, regions, precision),
+            None => asking.answered(self.engine(), model, regions, known),
         }
     }
 

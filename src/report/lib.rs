@@ -30,6 +30,7 @@ pub(crate) mod header;
 pub mod info;
 pub mod mix;
 pub mod node_file;
+mod node_lines;
 pub mod page;
 pub mod players;
 pub mod plot;

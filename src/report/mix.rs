@@ -7,7 +7,7 @@ use meliora_base::error::{Diagnostic, Error, Result, SourceFile};
 use meliora_base::exact::Ratio;
 use meliora_base::exact::shortest;
 use meliora_model::valuation::Valuation;
-use meliora_model::{Program, State, fault};
+use meliora_model::{Program, State};
 use meliora_quantities::several::{Node, Taking};
 use meliora_question::evaluate::{Mix, MixedStrategy};
 use num_traits::{One, Signed, ToPrimitive};
@@ -15,6 +15,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::value::RawValue;
 
+use super::node_lines::Names;
 use super::policy_file::place;
 
 /// A strategy of a file.
@@ -145,8 +146,10 @@ pub(super) struct SuccessorEntry {
 /// # Errors
 /// A command has no meaning in some state.
 pub fn json(property: &str, mix: &Mix, program: &Program) -> Result<String> {
+    let walker = Names::walker(program)?;
+    let mut names = Names::new(&walker);
     let strategy = |own: &MixedStrategy| {
-        let nodes = own.nodes.iter().map(|(state, node)| entry(program, state, node));
+        let nodes = own.nodes.iter().map(|(state, node)| entry(program, &mut names, state, node));
         Ok(StrategyEntry {
             share: own.share.clone().map(Fraction),
             values: own
@@ -181,7 +184,7 @@ pub(super) fn number(x: &Ratio) -> f64 {
     x.to_f64().unwrap_or(f64::NAN)
 }
 
-fn entry(program: &Program, state: &State, node: &Node) -> Result<NodeEntry> {
+fn entry(program: &Program, names: &mut Names<'_>, state: &State, node: &Node) -> Result<NodeEntry> {
     Ok(NodeEntry {
         state: Valuation::new(program, state),
         memory: None,
@@ -189,15 +192,14 @@ fn entry(program: &Program, state: &State, node: &Node) -> Result<NodeEntry> {
         steps: Some(node.steps),
         round: None,
         other: false,
-        actions: actions(program, state, &node.choices)?,
+        actions: actions(&names.of(state)?, &node.choices),
     })
 }
 
-/// Returns the actions of a node with their names.
-pub(super) fn actions(program: &Program, state: &State, choices: &[Taking]) -> Result<Vec<ActionEntry>> {
-    let names = program.choices(state).map_err(|f| fault::error(program, &f, state))?;
+/// Returns the actions of a node, given the names of the choices of its state.
+pub(super) fn actions(names: &[String], choices: &[Taking]) -> Vec<ActionEntry> {
     let action = |taking: &Taking| ActionEntry {
-        action: names.get(taking.position).map(|(_, name)| name.clone()).unwrap_or_default(),
+        action: names.get(taking.position).cloned().unwrap_or_default(),
         position: taking.position,
         successors: taking
             .successors
@@ -205,7 +207,7 @@ pub(super) fn actions(program: &Program, state: &State, choices: &[Taking]) -> R
             .map(|(node, p)| SuccessorEntry { node: *node, probability: number(p) })
             .collect(),
     };
-    Ok(choices.iter().map(action).collect())
+    choices.iter().map(action).collect()
 }
 
 /// Returns whether a text is that of strategies for several objectives, and not of another policy.
@@ -297,7 +299,8 @@ pub(super) fn taken(
         let mut after = Vec::new();
         for &SuccessorEntry { node, probability } in successors {
             let p = Ratio::from_float(probability);
-            after.push((node, p.ok_or_else(|| format!("`{action}` has an infinite probability"))?));
+            let p = p.ok_or_else(|| format!("`{action}` has an infinite probability"))?;
+            after.push((node, Arc::new(p)));
         }
         choices.push(Taking { position, successors: after });
     }

@@ -11,9 +11,9 @@ use meliora_model::valuation::Valuation;
 use meliora_model::{Program, Variable};
 use meliora_question::evaluate::{Number, PolicyNode, PropertyPolicy};
 use num_traits::One;
-use serde::Serialize;
 
 use super::mix::{self, ActionEntry, Claim, File, Fraction, NodeEntry, Side};
+use super::node_lines::{Names, NodeLines, text};
 
 /// A strategy of a file.
 pub struct ReadPolicy {
@@ -58,9 +58,12 @@ pub fn json(property: &str, policy: &PropertyPolicy, program: &Program) -> Resul
         text(&Fraction(Ratio::one())),
         text(&Claim(claim(policy))),
     );
+    let walker = Names::walker(program)?;
+    let memory = policy.watched.as_deref().map(|watched| monitors(program, Some(watched)));
+    let mut lines = NodeLines::new(Names::new(&walker), &program.variables, memory);
     for (number, node) in policy.nodes.iter().enumerate() {
-        let comma = if number > 0 { "," } else { "" };
-        let _ = write!(out, "{comma}\n    {}", text(&entry(program, policy.watched.as_deref(), node)?));
+        out.push_str(if number > 0 { ",\n    " } else { "\n    " });
+        lines.push(node, &mut out)?;
     }
     out.push_str("\n  ]}]\n}\n");
     Ok(out)
@@ -76,10 +79,11 @@ pub fn csv(policy: &PropertyPolicy, program: &Program) -> Result<String> {
     let variables = program.variables.iter().chain(monitors).map(|variable| variable.name.clone());
     let heading = ["node".to_owned()].into_iter().chain(variables);
     let last = ["steps", "round", "action", "position", "next"].map(str::to_owned);
-    let mut lines = Lines::default();
+    let walker = Names::walker(program)?;
+    let (mut names, mut lines) = (Names::new(&walker), Lines::default());
     lines.push(heading.chain(last));
     for (number, node) in policy.nodes.iter().enumerate() {
-        let entry = entry(program, policy.watched.as_deref(), node)?;
+        let entry = entry(program, &mut names, policy.watched.as_deref(), node)?;
         let memory = entry.memory.unwrap_or_default();
         let all =
             |text: fn(&ActionEntry) -> String| entry.actions.iter().map(text).collect::<Vec<_>>().join(" | ");
@@ -108,9 +112,11 @@ pub fn dot(policy: &PropertyPolicy, program: &Program) -> Result<String> {
         );
         return Err(Error::Usage(message));
     }
+    let walker = Names::walker(program)?;
+    let mut names = Names::new(&walker);
     let mut out = String::from("digraph strategy {\n  node [shape=box];\n");
     for (number, node) in policy.nodes.iter().enumerate() {
-        let entry = entry(program, policy.watched.as_deref(), node)?;
+        let entry = entry(program, &mut names, policy.watched.as_deref(), node)?;
         let memory = entry.memory.filter(|_| !node.memory.is_empty());
         let memory = memory.map_or_else(String::new, |memory| format!("\n{memory}"));
         let label = escape::dot(&format!("{}{memory}", entry.state));
@@ -136,12 +142,12 @@ fn monitors<'p>(program: &Program, watched: Option<&'p Program>) -> &'p [Variabl
     watched.map_or(&[], |watched| &watched.variables[program.variables.len()..])
 }
 
-/// Returns the JSON of a value that always has one.
-fn text(value: &impl Serialize) -> String {
-    serde_json::to_string(value).unwrap_or_default()
-}
-
-fn entry(program: &Program, watched: Option<&Program>, node: &PolicyNode) -> Result<NodeEntry> {
+fn entry(
+    program: &Program,
+    names: &mut Names<'_>,
+    watched: Option<&Program>,
+    node: &PolicyNode,
+) -> Result<NodeEntry> {
     let monitors = monitors(program, watched);
     Ok(NodeEntry {
         state: Valuation::new(program, &node.state),
@@ -150,7 +156,7 @@ fn entry(program: &Program, watched: Option<&Program>, node: &PolicyNode) -> Res
         steps: (node.steps > 0).then_some(node.steps),
         round: (node.round > 0).then_some(node.round),
         other: node.theirs,
-        actions: mix::actions(program, &node.state, &node.choices)?,
+        actions: mix::actions(&names.of(&node.state)?, &node.choices),
     })
 }
 
@@ -200,5 +206,47 @@ impl File {
             nodes.push(PolicyNode { state, memory, steps, round, theirs: node.other, choices });
         }
         Ok(ReadPolicy { value: value.clone(), nodes, starts, is_watched })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meliora_quantities::several::Taking;
+
+    #[test]
+    fn lines_of_nodes_are_their_json() -> Result<()> {
+        let model = "mdp module m x : [0..200000] init 0; b : bool init false; \
+                     [go] x=0 -> 1/3: (x'=100000) + 2/3: (x'=2) & (b'=true); [] x=0 -> true; [go] x>1 -> true; endmodule";
+        let read = |name, text: &str| SourceFile::new(name, text);
+        let program = meliora_lang::load(&read("m.prism", model), &read("constants", ""))?.program;
+        let third = |parts: i64| Arc::new(Ratio::new(parts.into(), 3.into()));
+        let taking = |position, successors| Taking { position, successors };
+        let node = |state: &[i64], steps, theirs, choices| PolicyNode {
+            state: state.to_vec(),
+            memory: Vec::new(),
+            steps,
+            round: steps / 2,
+            theirs,
+            choices,
+        };
+        let both = vec![taking(0, vec![(10, third(1)), (2, third(2))]), taking(1, vec![(0, third(3))])];
+        let nodes = [
+            node(&[0, 0], 0, true, both),
+            node(&[100_000, 0], 1, false, vec![taking(0, vec![(1, third(3))])]),
+            node(&[2, 1], 12, false, Vec::new()),
+        ];
+        let walker = Names::walker(&program)?;
+        let mut names = Names::new(&walker);
+        for watched in [None, Some(&program)] {
+            let memory = watched.map(|watched| monitors(&program, Some(watched)));
+            let mut lines = NodeLines::new(Names::new(&walker), &program.variables, memory);
+            for node in &nodes {
+                let mut line = String::new();
+                lines.push(node, &mut line)?;
+                assert_eq!(line, text(&entry(&program, &mut names, watched, node)?));
+            }
+        }
+        Ok(())
     }
 }

@@ -200,6 +200,34 @@ fn lies_about_the_memory_of_a_formula_are_refused() {
     verified(&scratch, &without).expect(0);
 }
 
+/// `verify` did not look at `round`.
+#[test]
+fn lies_about_rounds_are_refused() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, file) = written(&scratch, "Pmax=? [ (G F x=1) & (G F x=2) ]", "--policy");
+    assert!(nodes(&file).iter().any(|node| node["round"] == 1), "{file}");
+    let lies: [(Lie, &str); 2] = [
+        (|s| s["nodes"][0]["round"] = json!(2), "`round` of a node"),
+        (
+            |s| {
+                let nodes = s["nodes"].as_array_mut().unwrap();
+                nodes.iter_mut().for_each(|node| node["round"] = json!(0));
+            },
+            "two nodes have the same state and memory",
+        ),
+    ];
+    for (lie, reason) in lies {
+        let mut changed = file.clone();
+        lie(&mut changed["strategies"][0]);
+        let report = verified(&scratch, &changed).expect(1).json();
+        let found = report["violation"]["condition"].as_str().unwrap();
+        assert!(found.contains(reason), "{found}");
+    }
+    let mut lie = written(&scratch, "Pmax=? [ F x=4 ]", "--policy").1;
+    lie["strategies"][0]["nodes"][0]["round"] = json!(1);
+    verified(&scratch, &lie).expect(1);
+}
+
 #[test]
 fn several_initial_states_have_one_strategy_with_the_worst_value() {
     let several = MODEL.replace("init 0;", ";") + "init x<3 endinit\n";
@@ -216,9 +244,19 @@ fn several_initial_states_have_one_strategy_with_the_worst_value() {
 #[test]
 fn runs_measure_the_value_of_a_strategy() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    for property in
-        ["Pmax=? [ F<=5 x=4 ]", "R{\"c\"}min=? [ F x>2 ]", "R{\"c\"}max=? [ C<=6 ]", "R{\"c\"}max=? [ I=3 ]"]
-    {
+    let properties = [
+        "Pmax=? [ F<=5 x=4 ]",
+        "R{\"c\"}min=? [ F x>2 ]",
+        "R{\"c\"}max=? [ C<=6 ]",
+        "R{\"c\"}max=? [ I=3 ]",
+        "R{\"c\"}min=? [ Fc x>2 ]",
+        "R{\"c\"}min=? [ F (x=1 & X x=0) ]",
+        "Pmax=? [ (F x=1) & (F x=4) ]",
+        "Pmin=? [ (F x=1) & (F x=4) ]",
+        "Pmax=? [ (G F x=1) & (G F x=2) ]",
+        "Pmax=? [ (F G x=3) | (F G x=4) ]",
+    ];
+    for property in properties {
         written(&scratch, property, "--policy");
         let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
         let asked = ["simulate", &model, "--policy", &out, "--runs", "2000", "--json"];

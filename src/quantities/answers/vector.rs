@@ -106,7 +106,7 @@ pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64)
 }
 
 /// Computes bounds, and fractions where these are too wide or asked for.
-fn answer(
+pub(crate) fn answer(
     precision: f64,
     most: f64,
     bounds: impl FnOnce() -> Result<Vector<Interval>>,

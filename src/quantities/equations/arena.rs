@@ -13,10 +13,10 @@ use meliora_model::{Program, State};
 use meliora_space::weighted::{Codec, Fractions, Walker};
 use num_traits::Zero;
 
-use super::codes::Codes;
 use super::cost::check_rewards;
 pub use super::game_graph::{Extremes, GameGraph, Rewards};
 use super::graph::Graph;
+use super::listing::listed;
 use super::meter::Meter;
 use super::narrow::Narrow;
 use super::reached::Reached;
@@ -32,7 +32,8 @@ pub struct Arena<'e> {
     graph: GameGraph,
     /// The position of each choice among those of its state in the program.
     positions: Narrow,
-    codes: Codes,
+    /// The codes of the states, one after the other.
+    codes: Vec<u64>,
     codec: Codec,
     pub(crate) sink: Arc<dyn ProgressSink>,
     /// The bytes that the arena leaves of the memory limit.
@@ -59,22 +60,22 @@ impl<'e> Arena<'e> {
             return Err(Limit::Memory { what }.into());
         }
         let mut meter = Meter::new(engine);
-        let states = engine.list_states(&all, usize::MAX)?;
-        let listed = states.len() * each as usize;
-        meter.take(listed)?;
-        let search = Search { engine, program, end: engine.no_states(), inside: all, cost: None };
+        let search = Search { engine, program, end: engine.no_states(), inside: all.clone(), cost: None };
         let walker = search.walker()?;
-        let Reached { graph, found, .. } = search.explored(&states, &walker, &mut meter)?;
-        drop(states);
-        meter.release(listed);
-        // The first node is the end of paths, which none of them enters.
-        let Graph { game: mut graph, positions, .. } = graph;
-        graph.choices.first.remove(0);
-        graph.choices.to.iter_mut().for_each(|to| *to -= 1);
+        let membership = engine.membership(&[&all])?;
+        let numbers = membership.numbers();
+        let listed = numbers.map(|numbers| listed(numbers, &walker, &mut meter)).transpose()?.flatten();
+        let (Graph { game: mut graph, positions, .. }, codes) = match listed {
+            Some(listed) => listed,
+            None => {
+                let states = engine.list_states(&all, usize::MAX)?;
+                explored(&search, (&states, each as usize), &walker, &mut meter)?
+            }
+        };
         let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
         let memory = meter.left();
         graph.theirs = None;
-        let mut arena = Arena { program, graph, positions, codes: found.codes, codec, sink, memory };
+        let mut arena = Arena { program, graph, positions, codes, codec, sink, memory };
         arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
         Ok(arena)
     }
@@ -86,7 +87,12 @@ impl<'e> Arena<'e> {
 
     /// Returns the values of the variables of a state.
     pub fn state(&self, number: usize) -> State {
-        self.codec.decode(&self.codes.code(number as u32))
+        self.codec.decode(self.code(number))
+    }
+
+    fn code(&self, number: usize) -> &[u64] {
+        let words = self.codec.words();
+        &self.codes[number * words..][..words]
     }
 
     /// Returns the number of a state.
@@ -113,7 +119,10 @@ impl<'e> Arena<'e> {
         let membership = engine.membership(&[set])?;
         let mut members = BitVec::repeat(false, self.states());
         for number in 0..self.states() {
-            let inside = membership.of(&self.state(number))?;
+            let inside = match membership.numbers() {
+                Some(numbers) => numbers.number(self.code(number)).map_or(0, |number| numbers.marks(number)),
+                None => membership.of(&self.state(number))?,
+            };
             members.set(number, inside & 1 == 1);
         }
         Ok(members)
@@ -186,6 +195,24 @@ impl<'e> Arena<'e> {
     pub(crate) fn meter(&self) -> Meter<'_> {
         Meter::with(self.memory, &*self.sink)
     }
+}
+
+/// Finds the graph of some states, which are all states of the engine, and their codes.
+fn explored<E: Engine>(
+    search: &Search<'_, E>,
+    (states, bytes_of_state): (&[State], usize),
+    walker: &Walker<'_>,
+    meter: &mut Meter<'_>,
+) -> Result<(Graph, Vec<u64>)> {
+    let bytes = states.len() * bytes_of_state;
+    meter.take(bytes)?;
+    let Reached { mut graph, found, .. } = search.explored(states, walker, meter)?;
+    meter.release(bytes);
+    // The first node is the end of paths, which none of them enters.
+    graph.game.choices.first.remove(0);
+    graph.game.choices.to.iter_mut().for_each(|to| *to -= 1);
+    let codes = (0..states.len() as u32).flat_map(|number| found.codes.code(number)).collect();
+    Ok((graph, codes))
 }
 
 impl Deref for Arena<'_> {

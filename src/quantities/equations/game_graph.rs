@@ -97,6 +97,22 @@ impl GameGraph {
         self.choices.first.len() - 1
     }
 
+    /// Adds an edge to the choice that is being built.
+    pub(crate) fn add_edge(&mut self, edge: Edge) {
+        self.choices.to.push(edge.to);
+        self.weights.push(edge.weight());
+    }
+
+    /// Ends the choice whose edges were added.
+    pub(crate) fn end_choice(&mut self) {
+        self.choices.start.push(self.choices.to.len() as u32);
+    }
+
+    /// Ends the node whose choices were added.
+    pub(crate) fn end_node(&mut self) {
+        self.choices.first.push(self.choices_in_all() as u32);
+    }
+
     /// Returns the states in which the greatest value is looked for.
     pub(crate) fn maximisers(&self, goal: Extremes) -> BitVec {
         let ours = goal.ours == Optimum::Max;

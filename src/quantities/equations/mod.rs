@@ -20,6 +20,7 @@ pub(crate) mod explore;
 pub(crate) mod facts;
 pub mod game_graph;
 pub(crate) mod graph;
+mod listing;
 pub(crate) mod meter;
 pub(crate) mod narrow;
 pub(crate) mod number;

@@ -1,5 +1,7 @@
 //! Strategies for weighted sums of objectives, node by node.
 
+use std::sync::Arc;
+
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
@@ -29,7 +31,7 @@ pub struct Taking {
     /// Its position among the choices of the state in the program.
     pub position: usize,
     /// The nodes after it, with their probabilities.
-    pub successors: Vec<(usize, Ratio)>,
+    pub successors: Vec<(usize, Arc<Ratio>)>,
 }
 
 /// Returns the choices that each pair takes if its group takes an action: where a path stays for the sake of sets that
@@ -81,9 +83,15 @@ pub(super) fn picks(
     Ok(picks)
 }
 
+/// Returns the probabilities of an arena, for nodes that share them.
+pub(crate) fn shared(arena: &Arena<'_>) -> Vec<Arc<Ratio>> {
+    arena.fractions().iter().cloned().map(Arc::new).collect()
+}
+
 /// Returns the nodes that a strategy visits, beginning with the start.
 pub(super) fn followed(pairs: &Pairs, picks: &[Vec<usize>], arena: &Arena<'_>) -> Vec<Node> {
     let (mut order, mut numbers, mut nodes) = (vec![0u32], vec![NONE; pairs.list.len()], Vec::new());
+    let fractions = shared(arena);
     numbers[0] = 0;
     while let Some(&pair) = order.get(nodes.len()) {
         let (state, memory) = pairs.list[pair as usize];
@@ -95,7 +103,7 @@ pub(super) fn followed(pairs: &Pairs, picks: &[Vec<usize>], arena: &Arena<'_>) -
                     numbers[to as usize] = order.len() as u32;
                     order.push(to);
                 }
-                successors.push((numbers[to as usize] as usize, arena.fractions.list()[p as usize].clone()));
+                successors.push((numbers[to as usize] as usize, Arc::clone(&fractions[p as usize])));
             }
             Taking { position: arena.position(own + choice - first), successors }
         };

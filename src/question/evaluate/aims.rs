@@ -2,20 +2,23 @@
 
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
+use meliora_base::value::EvalError;
 use meliora_engine::Engine;
+use meliora_lang::ast::BinaryOp;
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Measure, Path, Single, Step, Term};
 use meliora_model::State;
 use meliora_model::temporal::{Asks, Condition};
 use meliora_quantities::Interval;
 use meliora_quantities::equations::arena::{Arena, Extremes, Members, Rewards};
-use meliora_quantities::optimal::{Accepting, Aim, Optimal, optimal};
+use meliora_quantities::optimal::{Accepting, Aim, Optimal, attained, optimal};
 use meliora_quantities::vector::{Accumulation, Until};
+use num_traits::Zero;
 
-use super::Evaluator;
-use super::chain::{Linked, PolicyNode};
+use super::chain::PolicyNode;
 use super::operators::{accepted, goal};
 use super::optimal::Played;
+use super::{Evaluator, Number};
 use crate::answer::{ASK_QUALITATIVELY, NEITHER};
 use crate::strategies::MOST_STATES;
 
@@ -35,22 +38,33 @@ impl Wanted {
             Wanted::Reward(rewards, accumulation, _) => Aim::Reward(rewards, accumulation),
         }
     }
+
+    /// Adds the least rewards to a number of differences.
+    fn moved(&self, number: Number) -> Result<Number> {
+        let Wanted::Reward(_, accumulation, least) = self else { return Ok(number) };
+        let steps = if let Accumulation::Within(steps) = accumulation { *steps } else { 1 };
+        if least.is_zero() {
+            return Ok(number);
+        }
+        let least = Number::fraction(&(least * Ratio::from_integer(steps.into())));
+        let wrong = |e: EvalError| Error::Usage(format!("the reward has no value: {e}"));
+        number.arithmetic(BinaryOp::Add, &least).map_err(wrong)
+    }
 }
 
 /// The strategy of an arena.
 pub(super) struct Found {
     pub(super) nodes: Vec<PolicyNode>,
-    /// The links of the nodes.
-    pub(super) links: Vec<Linked>,
-    /// The values of the initial states.
-    pub(super) values: Vec<Interval>,
+    /// The optimal values of the initial states.
+    pub(super) optima: Vec<Number>,
+    /// The values that the strategy attains there.
+    pub(super) values: Vec<Number>,
 }
 
 impl<E: Engine> Evaluator<'_, '_, E> {
     /// Computes the strategy from the initial states.
     pub(super) fn found(&self, played: &Played<'_>, precision: f64) -> Result<Found> {
         let measured = &played.measured;
-        let has_rewards = matches!(measured.measure, Measure::Reward(..));
         let starts = self.at(&self.engine.initial_states())?.list;
         let path = match &measured.measure {
             Measure::Probability(path) if path.single.is_none() => Path::clone(path),
@@ -71,8 +85,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     arena,
                     variables: self.program.variables.len(),
                     is_watched: false,
-                    has_rewards,
                     starts: &starts,
+                    precision: self.model.precision,
                 }
                 .found(&wanted, (goal, is_negated), precision);
             }
@@ -87,8 +101,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             arena: &arena,
             variables: self.program.variables.len(),
             is_watched: true,
-            has_rewards,
             starts: &starts,
+            precision: self.model.precision,
         }
         .found(&wanted, (goal, is_negated), precision)
     }
@@ -221,9 +235,9 @@ struct Of<'a> {
     variables: usize,
     /// True with monitors.
     is_watched: bool,
-    /// True if the operator asks for the rewards of a structure.
-    has_rewards: bool,
     starts: &'a [State],
+    /// The precision of the values that are attained.
+    precision: f64,
 }
 
 impl Of<'_> {
@@ -235,36 +249,24 @@ impl Of<'_> {
             found.never_ends();
         }
         let numbers: Vec<usize> = self.starts.iter().map(|state| self.arena.number(state)).collect();
-        let value = |number: &usize| {
-            let Interval { lower, upper } = found.values[*number];
-            if is_negated {
-                Interval { lower: 1.0 - upper, upper: 1.0 - lower }
-            } else {
-                Interval { lower, upper }
-            }
+        let nodes = found.nodes(self.arena, &numbers, MOST_STATES)?;
+        let attained = attained(self.arena, &wanted.aim(), goal, (&nodes, numbers.len()), self.precision)?;
+        let asked = |number: Number| -> Result<Number> {
+            let number = if is_negated { number.complemented() } else { number };
+            wanted.moved(number)
         };
-        let values = numbers.iter().map(value).collect();
-        let mut found_nodes = found.nodes(self.arena, &numbers, MOST_STATES)?;
-        let links = found_nodes.iter().map(|node| self.link(node, wanted)).collect();
+        let optimum = |&number: &usize| {
+            let Interval { lower, upper } = found.values[number];
+            asked(Number::between(lower, upper))
+        };
+        let optima = numbers.iter().map(optimum).collect::<Result<_>>()?;
+        let values = attained.into_iter().map(|value| asked(value.into())).collect::<Result<_>>()?;
         let node = |node: meliora_quantities::optimal::Node| {
             let mut state = self.arena.state(node.state);
             let memory = state.split_off(self.variables);
             let (steps, round, theirs, choices) = (node.steps, node.round, node.theirs, node.choices);
             PolicyNode { state, memory, steps, round, theirs, choices }
         };
-        let nodes = found_nodes.drain(..).map(node).collect();
-        Ok(Found { nodes, links, values })
-    }
-
-    /// Returns the links of a node with the probabilities and the rewards of the arena.
-    fn link(&self, node: &meliora_quantities::optimal::Node, wanted: &Wanted) -> Linked {
-        let choices = node.choices.iter().map(|taking| taking.successors.clone()).collect();
-        let (Wanted::Reward(rewards, _, least), true) = (wanted, self.has_rewards) else {
-            let rewards = vec![Vec::new(); node.choices.len()];
-            return Linked { choices, state_rewards: Vec::new(), rewards };
-        };
-        let own = rewards.state(node.state);
-        let earned = node.numbers.iter().map(|&choice| vec![rewards.choice(choice) - own]);
-        Linked { choices, state_rewards: vec![own + least], rewards: earned.collect() }
+        Ok(Found { nodes: nodes.into_iter().map(node).collect(), optima, values })
     }
 }

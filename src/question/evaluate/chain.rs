@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ahash::AHashMap;
+use ahash::{AHashMap, AHashSet};
 use meliora_base::error::Result;
 use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_base::value::{Type, Value};
@@ -43,7 +43,7 @@ pub struct PolicyNode {
 
 impl PolicyNode {
     /// Returns the values of the variables of the model and of the monitors.
-    fn whole(&self) -> State {
+    pub(super) fn whole(&self) -> State {
         [&self.state[..], &self.memory].concat()
     }
 }
@@ -178,6 +178,12 @@ pub(super) fn misremembered(
             && links[at].choices.iter().flatten().all(|(to, _)| follows(at, *to))
     };
     (0..nodes.len()).find(|&at| !is_right(at))
+}
+
+/// Returns the first node with the state and the memory of one before it.
+pub(super) fn doubled(nodes: &[PolicyNode]) -> Option<usize> {
+    let mut known = AHashSet::with_capacity(nodes.len());
+    nodes.iter().position(|node| !known.insert((&node.state, &node.memory, node.steps, node.round)))
 }
 
 /// Builds the program of some nodes, the first of which are initial. Its pool rests on `pool`, and its rewards are those of

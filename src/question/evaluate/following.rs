@@ -46,6 +46,10 @@ pub enum StrategyFaultKind {
     Unknown,
     /// The memory of a node is not that of the paths that lead to it, or no path leads to it.
     Memory,
+    /// Another node has the same state and memory.
+    Twice,
+    /// The formula has fewer sets that are visited again and again.
+    Round,
     /// A node is wrong.
     Node(NodeFault),
 }
@@ -57,6 +61,10 @@ impl fmt::Display for StrategyFaultKind {
             StrategyFaultKind::Unknown => f.write_str("the model does not reach a state of the strategy"),
             StrategyFaultKind::Memory => f.write_str(
                 "`decided` and `steps` of a node are not those of the paths of the strategy that lead to it",
+            ),
+            StrategyFaultKind::Twice => f.write_str("two nodes have the same state and memory"),
+            StrategyFaultKind::Round => f.write_str(
+                "`round` of a node is not the number of a set that the formula visits again and again, from 0",
             ),
             StrategyFaultKind::Node(NodeFault::Open) => {
                 f.write_str("the strategy has no action in a state that it visits")

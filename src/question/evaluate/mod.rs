@@ -30,6 +30,7 @@ mod sets;
 mod several;
 
 use std::cell::OnceCell;
+use std::ops::Range;
 use std::sync::Arc;
 
 pub use actions::ActionValues;
@@ -63,13 +64,22 @@ pub struct Model<'a, E: Engine> {
     required: &'a [Required],
     /// The list of the states, once a number has needed it.
     arena: OnceCell<Arena<'a>>,
+    /// The place of the only property, one operator, and the numbers that it asks for in the initial states, if they are
+    /// known.
+    optima: Option<(Range<usize>, &'a [Number])>,
 }
 
 impl<'a, E: Engine> Model<'a, E> {
     /// Creates a model from its engine. `build` builds the engines of other models that are needed; the
     /// bounds of numbers are at most `precision` wide where they can be computed so.
     pub fn new(engine: &'a E, program: &'a Arc<Program>, build: &'a Build<'a, E>, precision: f64) -> Self {
-        Model { engine, program, build, precision, required: &[], arena: OnceCell::new() }
+        Model { engine, program, build, precision, required: &[], arena: OnceCell::new(), optima: None }
+    }
+
+    /// Says which numbers the only property, one operator, asks for in the initial states.
+    #[must_use]
+    pub(crate) fn knowing(self, term: &Term, optima: Option<&'a [Number]>) -> Self {
+        Model { optima: optima.map(|optima| (term.span.range(), optima)), ..self }
     }
 
     /// Says that the engine is that of a model under requirements `G p`.

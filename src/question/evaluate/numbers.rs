@@ -88,6 +88,12 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         at: &At<E::States>,
         exact: bool,
     ) -> Result<Vec<Number>> {
+        if let (Some((place, optima)), false) = (&self.model.optima, exact)
+            && *place == term.span.range()
+            && at.list.len() == optima.len()
+        {
+            return Ok(optima.to_vec());
+        }
         let precision = if exact { 0.0 } else { self.model.precision };
         let asked = Operator { term, measured, at, precision };
         match &measured.measure {

@@ -1,7 +1,7 @@
 //! The strategy that attains the optimum of the outermost operator of a property, and the value of a strategy.
 //!
-//! The value is that of the chain that the nodes leave, computed as that of any other model. So it does not depend on how
-//! the strategy was found.
+//! A strategy that was found has the value of its nodes in the arena. The value of one of a file is that of the chain that its
+//! nodes leave, computed as that of any other model. So it does not depend on how the strategy was found.
 
 use std::sync::Arc;
 
@@ -11,6 +11,7 @@ use meliora_engine::{Engine, ExplicitEngine, Settings};
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Step, Term, TermKind};
 use meliora_model::predicate::Predicates;
+use meliora_model::temporal::Condition;
 use meliora_model::{Program, State};
 use meliora_quantities::Interval;
 use meliora_quantities::followed::NodeFault;
@@ -20,6 +21,7 @@ use super::chain::{self, Linked, PolicyNode};
 use super::condition::condition_of;
 use super::following::{StrategyFault, StrategyFaultKind};
 use super::{Evaluator, Model, Number};
+use crate::goal::Target;
 
 /// A strategy for the outermost operator of a property.
 #[derive(Debug)]
@@ -36,6 +38,8 @@ pub struct PropertyPolicy {
     pub is_great: bool,
     /// The optimum of the initial state where it is the worst.
     pub optimum: Interval,
+    /// The optima of all initial states.
+    pub optima: Vec<Number>,
     /// The program with the monitors that the nodes remember; `None` without monitors.
     pub watched: Option<Arc<Program>>,
 }
@@ -60,6 +64,8 @@ pub struct Played<'t> {
     optimum: Optimum,
     /// The program with the monitors of the formula, if it needs some.
     pub watched: Option<Arc<Program>>,
+    /// The condition on these monitors.
+    pub(super) condition: Option<Condition>,
 }
 
 impl<E: Engine> Evaluator<'_, '_, E> {
@@ -85,8 +91,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             measured.optimum = opposite(measured.optimum);
         }
         let optimum = measured.optimum;
-        let watched = self.monitors(&measured)?;
-        Ok(Played { term, measured, is_game, optimum, watched })
+        let (watched, condition) = self.monitors(&measured)?;
+        Ok(Played { term, measured, is_game, optimum, watched, condition })
     }
 
     /// Returns the operator with each nested condition as one over the variables.
@@ -124,17 +130,21 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         Ok(())
     }
 
-    /// Returns the program with the monitors of the formula.
-    fn monitors(&self, measured: &Measured) -> Result<Option<Arc<Program>>> {
+    /// Returns the program with the monitors of the formula, and the condition on them.
+    fn monitors(&self, measured: &Measured) -> Result<(Option<Arc<Program>>, Option<Condition>)> {
         let path = match &measured.measure {
             Measure::Probability(path) if path.single.is_none() => Path::clone(path),
             Measure::Reward(_, Accumulated::Until(path)) if target(path).is_none() => {
                 self.read_to_the_end(path)
             }
-            _ => return Ok(None),
+            _ => return Ok((None, None)),
         };
         let goal = self.goal_of(&path)?;
-        Ok(goal.watched.map(|watched| watched.program))
+        let condition = match goal.target {
+            Target::Formula(condition) => Some(condition),
+            Target::States(_) => None,
+        };
+        Ok((goal.watched.map(|watched| watched.program), condition))
     }
 
     /// Computes a strategy that attains the optimum from the initial states, and its value.
@@ -153,19 +163,16 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     }
 
     fn attempt(&self, played: &Played<'_>, of_opponent: bool, precision: f64) -> Result<PropertyPolicy> {
-        let Found { nodes, links, values } = self.found(played, precision)?;
-        let starts = values.len();
-        let is_great = played.optimum == Optimum::Max;
-        let worst = |a: Interval, b: Interval| match is_great {
-            true => Interval { lower: a.lower.min(b.lower), upper: a.upper.min(b.upper) },
-            false => Interval { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) },
+        let Found { nodes, optima, values } = self.found(played, precision)?;
+        let (starts, is_great) = (values.len(), played.optimum == Optimum::Max);
+        let worst = |all: &[Number]| {
+            let worst = all.iter().cloned().reduce(|a, b| a.extreme(&b, !is_great));
+            worst.unwrap_or_else(|| Number::fraction(&Ratio::default()))
         };
-        let optimum = values.into_iter().reduce(worst).unwrap_or(Interval::ZERO);
-        let text = (self.source, self.engine.settings());
-        let chain = (&nodes[..], &links[..], starts);
-        let value = played.value_of_chain(self.program, chain, text, self.model.precision)?;
+        let Number { lower, upper, .. } = worst(&optima);
+        let (value, optimum) = (worst(&values), Interval { lower, upper });
         let watched = played.watched.clone();
-        Ok(PropertyPolicy { nodes, starts, of_opponent, value, is_great, optimum, watched })
+        Ok(PropertyPolicy { nodes, starts, of_opponent, value, is_great, optimum, optima, watched })
     }
 }
 
@@ -201,6 +208,15 @@ impl Played<'_> {
         let fault = |at: usize, kind| Ok(Err(StrategyFault { state: nodes[at].state.clone(), kind }));
         if let Some(at) = chain::misremembered((nodes, &links, starts), &distances, self.counted_steps()) {
             return fault(at, StrategyFaultKind::Memory);
+        }
+        // Nodes need not state the memory of monitors.
+        let has_memory = self.watched.is_none() || !std::ptr::eq(&**plain, program);
+        if let Some(at) = chain::doubled(nodes).filter(|_| has_memory) {
+            return fault(at, StrategyFaultKind::Twice);
+        }
+        let rounds = self.rounds()?;
+        if let Some(at) = nodes.iter().position(|node| u64::from(node.round) >= rounds) {
+            return fault(at, StrategyFaultKind::Round);
         }
         if let Some(at) = self.misplaced_end(nodes, &distances) {
             return fault(at, StrategyFaultKind::Node(NodeFault::Open));
@@ -250,6 +266,15 @@ impl Played<'_> {
             Measure::Reward(rewards, _) => rewards.find(program),
             _ => None,
         }
+    }
+
+    /// Returns the number of sets that a strategy visits one after the other, at least 1.
+    fn rounds(&self) -> Result<u64> {
+        let Some(condition) = &self.condition else { return Ok(1) };
+        // The least probability is 1 minus the greatest one of the negation.
+        let negated = (self.measured.optimum == Optimum::Min).then(|| condition.negated());
+        let all = negated.as_ref().unwrap_or(condition).disjuncts()?;
+        Ok(all.iter().map(|own| own.again.len() as u64).max().unwrap_or_default().max(1))
     }
 
     /// Returns the first node that ends where the path is not decided.

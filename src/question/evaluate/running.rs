@@ -7,6 +7,9 @@ use meliora_base::random::Draw;
 use meliora_base::value::Value;
 use meliora_lang::property::term::{Accumulated, Measure, Step, Term, TermKind};
 use meliora_model::Program;
+use meliora_model::predicate::Predicate;
+use meliora_model::temporal::Disjunct;
+use meliora_quantities::optimal::bottoms;
 use num_traits::{ToPrimitive, Zero};
 
 use super::aims::target;
@@ -26,8 +29,10 @@ pub struct PropertyRuns<'p> {
 enum Counts {
     /// 1 if it comes to a node of `right` through those of `left` within the bounds, or 0 then if `negated`.
     Until { left: Vec<bool>, right: Vec<bool>, near: Vec<bool>, least: u64, most: Option<u64>, negated: bool },
-    /// The rewards until a node of `end`; infinite if none of `near` is left.
-    Sum { end: Vec<bool>, near: Vec<bool>, most: Option<u64> },
+    /// The rewards until a node of `end`; if none of `near` is left, nothing if `is_lost`, else infinite.
+    Sum { end: Vec<bool>, near: Vec<bool>, most: Option<u64>, is_lost: bool },
+    /// 1 or 0 in the nodes that decide the formula.
+    Settled(Vec<Option<bool>>),
     /// The reward of the state after some steps.
     At(u64),
 }
@@ -71,7 +76,18 @@ impl Played<'_> {
     fn counts(&self, nodes: &[PolicyNode], links: &[Linked]) -> Result<Counts> {
         let members = |term: &Term| -> Vec<bool> { nodes.iter().map(|node| holds(term, node)).collect() };
         let all = |inside| vec![inside; nodes.len()];
-        let earning = || links.iter().map(Linked::earns).collect::<Vec<bool>>();
+        let until = |end: Vec<bool>, is_lost: bool| {
+            let near = near(links, &end, &all(true));
+            Counts::Sum { near, end, most: None, is_lost }
+        };
+        // Ends once nothing is left to earn, and in these nodes.
+        let anyway = |over: Vec<bool>| {
+            let earning =
+                links.iter().zip(&over).map(|(link, over)| !over && link.earns()).collect::<Vec<bool>>();
+            let open: Vec<bool> = over.iter().map(|over| !over).collect();
+            let end = near(links, &earning, &open).iter().map(|near| !near).collect();
+            Counts::Sum { end, near: all(true), most: None, is_lost: false }
+        };
         Ok(match &self.measured.measure {
             Measure::Probability(path) if path.single.is_some() => {
                 let Some(single) = &path.single else { return Err(undecided()) };
@@ -89,22 +105,68 @@ impl Played<'_> {
             Measure::Reward(_, accumulated) => match accumulated {
                 Accumulated::At(steps) => Counts::At(*steps),
                 Accumulated::Within(steps) => {
-                    Counts::Sum { end: all(false), near: all(true), most: Some(*steps) }
+                    Counts::Sum { end: all(false), near: all(true), most: Some(*steps), is_lost: false }
                 }
-                Accumulated::Total => {
-                    let idle = near(links, &earning(), &all(true)).iter().map(|near| !near).collect();
-                    Counts::Sum { end: idle, near: all(true), most: None }
-                }
-                Accumulated::Until(path) => {
-                    let end = members(target(path).ok_or_else(undecided)?);
-                    Counts::Sum { near: near(links, &end, &all(true)), end, most: None }
-                }
-                Accumulated::Anyway(_) | Accumulated::IfReached(_) | Accumulated::LongRun => {
-                    return Err(undecided());
-                }
+                Accumulated::Total => anyway(all(false)),
+                Accumulated::Until(path) => match target(path) {
+                    Some(target) => until(members(target), false),
+                    None => until(self.accepted(nodes)?, false),
+                },
+                Accumulated::Anyway(target) => anyway(members(target)),
+                Accumulated::IfReached(target) => until(members(target), true),
+                Accumulated::LongRun => return Err(undecided()),
             },
-            Measure::Probability(_) | Measure::LongRun(_) => return Err(undecided()),
+            Measure::Probability(_) => Counts::Settled(self.settled(nodes, links)?),
+            Measure::LongRun(_) => return Err(undecided()),
         })
+    }
+
+    /// Returns the alternatives of the condition on the monitors, by what holds in the nodes.
+    fn disjuncts(&self, nodes: &[PolicyNode]) -> Result<Vec<Disjunct<Vec<bool>>>> {
+        let (Some(condition), Some(watched)) = (&self.condition, &self.watched) else {
+            return Err(undecided());
+        };
+        if nodes.iter().any(|node| node.state.len() + node.memory.len() != watched.variables.len()) {
+            let message = "runs of this strategy need the `memory` of each node: the states of the monitors of its formula";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let holds = |mark: &Predicate| -> Vec<bool> {
+            nodes.iter().map(|node| mark.eval(&node.whole()) == Ok(Value::Bool(true))).collect()
+        };
+        let of = |own: Disjunct<Predicate>| Disjunct {
+            always: own.always.iter().map(|(mark, truth)| (holds(mark), *truth)).collect(),
+            again: own.again.iter().map(holds).collect(),
+        };
+        Ok(condition.disjuncts()?.into_iter().map(of).collect())
+    }
+
+    /// Returns the nodes in which the monitors have accepted the formula.
+    fn accepted(&self, nodes: &[PolicyNode]) -> Result<Vec<bool>> {
+        let all = self.disjuncts(nodes)?;
+        let is_accepted = |at: usize| {
+            all.iter()
+                .any(|own| own.again.is_empty() && own.always.iter().all(|(mark, truth)| mark[at] == *truth))
+        };
+        Ok((0..nodes.len()).map(is_accepted).collect())
+    }
+
+    /// Returns whether the paths from each node satisfy the formula, where all of them are in a set of nodes that they never
+    /// leave.
+    fn settled(&self, nodes: &[PolicyNode], links: &[Linked]) -> Result<Vec<Option<bool>>> {
+        let all = self.disjuncts(nodes)?;
+        let mut settled = vec![None; nodes.len()];
+        let after = |link: &Linked| link.choices.iter().flatten().map(|(to, _)| *to as u32).collect();
+        for bottom in bottoms(links.iter().map(after)) {
+            let holds = |own: &Disjunct<Vec<bool>>| {
+                let always =
+                    |(mark, truth): &(Vec<bool>, bool)| bottom.iter().all(|&at| mark[at as usize] == *truth);
+                own.always.iter().all(always)
+                    && own.again.iter().all(|mark| bottom.iter().any(|&at| mark[at as usize]))
+            };
+            let is_satisfied = all.iter().any(holds);
+            bottom.iter().for_each(|&at| settled[at as usize] = Some(is_satisfied));
+        }
+        Ok(settled)
     }
 }
 
@@ -138,8 +200,8 @@ fn near(links: &[Linked], target: &[bool], left: &[bool]) -> Vec<bool> {
 }
 
 impl Counts {
-    /// Returns the rest that is counted in a node after some steps, if it is decided there.
-    fn rest(&self, at: usize, steps: u64, links: &[Linked]) -> Option<f64> {
+    /// Returns what a run counts that is in a node after some steps, and has earned a sum, if it is decided there.
+    fn value(&self, at: usize, (steps, sum): (u64, f64), links: &[Linked]) -> Option<f64> {
         match self {
             Counts::Until { left, right, near, least, most, negated } => {
                 let truth = if right[at] && steps >= *least {
@@ -151,10 +213,11 @@ impl Counts {
                 };
                 Some(if truth == *negated { 0.0 } else { 1.0 })
             }
-            Counts::Sum { end, near, most } => match end[at] || *most == Some(steps) {
-                true => Some(0.0),
-                false => (!near[at]).then_some(f64::INFINITY),
+            Counts::Sum { end, near, most, is_lost } => match end[at] || *most == Some(steps) {
+                true => Some(sum),
+                false => (!near[at]).then_some(if *is_lost { 0.0 } else { f64::INFINITY }),
             },
+            Counts::Settled(settled) => settled[at].map(|holds| f64::from(u8::from(holds))),
             Counts::At(count) => (steps == *count).then(|| links[at].state_reward()),
         }
     }
@@ -168,8 +231,8 @@ impl PropertyRuns<'_> {
         loop {
             run.last = at;
             let steps = run.steps.len() as u64;
-            if let Some(rest) = self.counts.rest(at, steps, &self.links) {
-                run.value = Some(sum + rest);
+            run.value = self.counts.value(at, (steps, sum), &self.links);
+            if run.value.is_some() {
                 return run;
             }
             let (taken, link) = (&self.nodes[at].choices, &self.links[at]);

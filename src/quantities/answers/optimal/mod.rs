@@ -7,12 +7,14 @@
 //! | `rounds` | choices that visit sets again and again, for formulas that recur |
 //! | `average` | choices that attain an average in the long run |
 //! | `nodes` | the states that a strategy visits, with its memory |
+//! | `attained` | the value that a strategy attains |
 //!
 //! A choice keeps the value if the bounds that its side guarantees hold after one step: lower bounds for the maximiser,
 //! upper bounds for the minimiser. Upper bounds that hold so are never exceeded. Lower bounds are attained if paths also
 //! come to their end, so a search backward from the ends orders the choices. The values have errors. So nothing here is
 //! a proof: the value that a strategy attains is computed again from its nodes.
 
+mod attained;
 mod average;
 mod equations;
 mod nodes;
@@ -25,6 +27,7 @@ use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Result};
 use meliora_model::Optimum;
 
+pub use self::attained::{attained, bottoms};
 use self::equations::Equations;
 pub use self::nodes::Node;
 use self::rounds::Rounds;
@@ -101,7 +104,8 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
             }
             Accumulation::Anyway(target) => earned(arena, rewards, (accumulation, target), goal, precision),
             Accumulation::IfReached(_) => {
-                let message = "strategies for `F0` depend on the reward so far: they are not supported";
+                let message = "strategies for `F0` depend on the reward so far, and are not supported: ask for `Fc`, or \
+                               let a variable of the model count the reward";
                 Err(Error::Usage(message.to_owned()))
             }
             Accumulation::Total => {

@@ -1,5 +1,7 @@
 //! The states that a strategy visits, with its memory.
 
+use std::sync::Arc;
+
 use ahash::AHashMap;
 use meliora_base::error::{Limit, Result};
 
@@ -7,6 +9,7 @@ use super::Optimal;
 use crate::equations::arena::Arena;
 use crate::equations::graph::NONE;
 use crate::several::Taking;
+use crate::solvers::strategy::shared;
 
 /// A state that a strategy visits, with its memory.
 #[derive(Debug, Clone)]
@@ -38,7 +41,7 @@ impl Optimal {
         for &state in starts {
             found.number((state, 0, self.entered(None, state)))?;
         }
-        let mut nodes: Vec<Node> = Vec::new();
+        let (mut nodes, fractions): (Vec<Node>, _) = (Vec::new(), shared(arena));
         while let Some(&key) = found.keys.get(nodes.len()) {
             let (state, steps, round) = key;
             let theirs = arena.is_theirs(state as u32);
@@ -56,7 +59,7 @@ impl Optimal {
                 for (to, weight) in arena.outcomes(choice) {
                     let later = (steps + 1).min(self.stages.len() as u32);
                     let next = (to as usize, later, self.entered(Some((state, round)), to as usize));
-                    successors.push((found.number(next)?, arena.fractions()[weight as usize].clone()));
+                    successors.push((found.number(next)?, Arc::clone(&fractions[weight as usize])));
                 }
                 choices.push(Taking { position: arena.position(choice), successors });
             }

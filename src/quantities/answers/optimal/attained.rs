@@ -1,0 +1,175 @@
+//! The value that a strategy attains: that of the chain that its nodes leave, or of the choices of the opponent there.
+//!
+//! Nodes remember the steps, so a bound is a set of nodes, and the chain has the equations of a formula without bounds.
+
+use bitvec::vec::BitVec;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
+
+use super::{Accepting, Aim, Node};
+use crate::equations::arena::{Arena, Extremes, Rewards};
+use crate::equations::game_graph::{Edge, GameGraph};
+use crate::equations::graph::NONE;
+use crate::equations::meter::Meter;
+use crate::equations::number::{Interval, Number};
+use crate::path_values::Value;
+use crate::solvers::long_run::{self, is_bottom};
+use crate::solvers::reaching::{Collected, Reaching, Vector};
+use crate::vector::{self, Accumulation, Until};
+
+/// Computes the values of a strategy in its first nodes, against the best choices of the opponent; with fractions where
+/// bounds are wider than the precision. Cost: that of the values of a model of this size.
+///
+/// # Errors
+/// A limit is reached.
+pub fn attained(
+    arena: &Arena<'_>,
+    aim: &Aim<'_>,
+    goal: Extremes,
+    (nodes, starts): (&[Node], usize),
+    precision: f64,
+) -> Result<Vec<Value>> {
+    let mut meter = arena.meter();
+    let chain = Chain::new(arena, aim, nodes, &mut meter)?;
+    let most = if matches!(aim, Aim::Reward(..)) { f64::INFINITY } else { 1.0 };
+    let near = || chain.found::<Interval>(aim, goal, arena);
+    let mut found = vector::answer(precision, most, near, || chain.found::<Ratio>(aim, goal, arena))?;
+    found.end?;
+    found.values.truncate(starts);
+    Ok(found.values)
+}
+
+/// Returns the sets of nodes that reach each other, and no others, by the successors of each node. Cost: linear.
+pub fn bottoms(successors: impl Iterator<Item = Vec<u32>>) -> Vec<Vec<u32>> {
+    let mut game = GameGraph::default();
+    for own in successors {
+        game.choices.to.extend(own);
+        game.end_choice();
+        game.end_node();
+    }
+    let mut place = vec![NONE; game.states()];
+    let found = game.choices.components(0..game.states() as u32, |_| true);
+    found.iter().filter(|own| is_bottom(&game, own, &mut place, 0)).map(<[u32]>::to_vec).collect()
+}
+
+/// The nodes of a strategy as a game in which we have one choice. Where a path is decided, it stays; with a last node
+/// for the ends of paths that a reward is earned in.
+struct Chain<'n> {
+    nodes: &'n [Node],
+    game: GameGraph,
+    /// What the choices earn, by the structure of the aim.
+    rewards: Option<Rewards>,
+}
+
+impl<'n> Chain<'n> {
+    fn new(arena: &Arena<'_>, aim: &Aim<'_>, nodes: &'n [Node], meter: &mut Meter<'_>) -> Result<Self> {
+        let mut game = GameGraph { fractions: arena.fractions.clone(), ..GameGraph::default() };
+        let sure = game.fractions.number(Ratio::from_integer(1.into()));
+        let (of, at_end) = match aim {
+            Aim::Reward(rewards, accumulation) => {
+                (Some(*rewards), matches!(accumulation, Accumulation::At(_)))
+            }
+            Aim::Until(_) | Aim::Recur(_) => (None, false),
+        };
+        let mut rewards = of.map(|of| Rewards { fractions: of.fractions.clone(), ..Rewards::default() });
+        let nothing = rewards.as_mut().map_or(0, |own| own.fractions.number(Ratio::default()));
+        let mut earn = |of_choice: u32| {
+            rewards.iter_mut().for_each(|own| own.of_choice.push(of_choice));
+        };
+        for (number, node) in (0..).zip(nodes) {
+            let edges = node.choices.iter().map(|taking| taking.successors.len()).sum::<usize>();
+            meter.take((edges + node.choices.len()) * 8 + 16)?;
+            for (&choice, taking) in node.numbers.iter().zip(&node.choices) {
+                let outcomes = arena.outcomes(choice).zip(&taking.successors);
+                outcomes
+                    .for_each(|((_, weight), (to, _))| game.add_edge(Edge::new(*to as u32, weight, false)));
+                game.end_choice();
+                earn(of.filter(|_| !at_end).map_or(nothing, |of| of.of_choice.get(choice)));
+            }
+            if node.choices.is_empty() {
+                let to = if at_end { nodes.len() as u32 } else { number };
+                game.add_edge(Edge::new(to, sure, false));
+                game.end_choice();
+                earn(of.filter(|_| at_end).map_or(nothing, |of| of.of_state.get(node.state)));
+            }
+            game.end_node();
+        }
+        if at_end {
+            game.add_edge(Edge::new(nodes.len() as u32, sure, false));
+            game.end_choice();
+            game.end_node();
+            earn(nothing);
+        }
+        if arena.theirs.is_some() {
+            let theirs = nodes.iter().map(|node| node.theirs).chain(at_end.then_some(false));
+            game.theirs = Some(theirs.collect());
+        }
+        Ok(Chain { nodes, game, rewards })
+    }
+
+    /// Returns the values of the nodes.
+    fn found<N: Number>(&self, aim: &Aim<'_>, goal: Extremes, arena: &Arena<'_>) -> Result<Vector<N>> {
+        let (game, meter) = (&self.game, &mut arena.meter());
+        let [all, nowhere] = [true, false].map(|inside| BitVec::repeat(inside, game.states()));
+        let reach = |target: &BitVec, left: &BitVec, collected: Collected<'_>, meter: &mut Meter<'_>| {
+            Reaching { game, target, left, collected, goal }.values::<N>(meter)
+        };
+        let until = |until: &Until| -> [BitVec; 2] {
+            let is_end = |node: &Node| until.right[node.state] && u64::from(node.steps) >= until.least;
+            [self.members(is_end), self.members(|node| until.left[node.state])]
+        };
+        let (accumulation, rewards) = match (aim, &self.rewards) {
+            (Aim::Until(formula), _) => {
+                let [right, left] = until(formula);
+                return reach(&right, &left, Collected::Target, meter);
+            }
+            (Aim::Recur(all_of), _) => return reach(&self.accepting(all_of), &all, Collected::Target, meter),
+            (Aim::Reward(_, accumulation), Some(rewards)) => (accumulation, rewards),
+            (Aim::Reward(..), None) => return reach(&nowhere, &all, Collected::Target, meter),
+        };
+        let always = Collected::Always(rewards);
+        match accumulation {
+            Accumulation::Until(target) => {
+                reach(&self.members(|node| target[node.state]), &all, Collected::Until(rewards), meter)
+            }
+            Accumulation::Anyway(target) => {
+                reach(&self.members(|node| target[node.state]), &all, always, meter)
+            }
+            Accumulation::IfReached(target) => {
+                let target = self.members(|node| target[node.state]);
+                crate::solvers::if_reached::values(game, rewards, &target, goal, meter)
+            }
+            Accumulation::Within(_) | Accumulation::Total | Accumulation::At(_) => {
+                reach(&nowhere, &all, always, meter)
+            }
+            Accumulation::LongRun => long_run::values(game, rewards, goal, meter),
+        }
+    }
+
+    fn members(&self, inside: impl Fn(&Node) -> bool) -> BitVec {
+        let mut members: BitVec = self.nodes.iter().map(inside).collect();
+        members.resize(self.game.states(), false);
+        members
+    }
+
+    /// Returns the nodes of the components that are never left and satisfy one of some conditions.
+    fn accepting(&self, all: &[Accepting]) -> BitVec {
+        let states = self.game.states();
+        let (mut accepting, mut place) = (BitVec::repeat(false, states), vec![NONE; states]);
+        let found = self.game.choices.components(0..states as u32, |_| true);
+        for component in found.iter() {
+            if !is_bottom(&self.game, component, &mut place, 0) {
+                continue;
+            }
+            component.iter().for_each(|&node| place[node as usize] = NONE);
+            let of: Vec<usize> = component.iter().map(|&node| self.nodes[node as usize].state).collect();
+            let is_satisfied = |condition: &Accepting| {
+                of.iter().all(|&state| condition.always[state])
+                    && condition.again.iter().all(|set| of.iter().any(|&state| set[state]))
+            };
+            let is_accepting = all.iter().any(is_satisfied);
+            component.iter().for_each(|&node| accepting.set(node as usize, is_accepting));
+        }
+        accepting
+    }
+}

@@ -1,0 +1,179 @@
+//! The nodes of strategies as lines of JSON. Texts that occur again and again are made once.
+
+use std::fmt::Write;
+use std::slice;
+use std::sync::Arc;
+
+use ahash::AHashMap;
+use meliora_base::error::Result;
+use meliora_base::exact::Ratio;
+use meliora_base::progress::NoProgress;
+use meliora_model::valuation::Valuation;
+use meliora_model::{Program, Variable};
+use meliora_question::evaluate::PolicyNode;
+use meliora_space::weighted::{Walk, Walker};
+use serde::Serialize;
+
+use super::mix;
+
+/// Returns the JSON of a value that always has one.
+pub(super) fn text(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+/// The names of the choices of states.
+pub(super) struct Names<'w> {
+    walker: &'w Walker<'w>,
+    walk: Box<dyn Walk + 'w>,
+}
+
+impl<'w> Names<'w> {
+    /// Compiles a program.
+    ///
+    /// # Errors
+    /// A state does not fit into a code.
+    pub(super) fn walker(program: &'w Program) -> Result<Walker<'w>> {
+        Walker::new(program, &NoProgress)
+    }
+
+    pub(super) fn new(walker: &'w Walker<'w>) -> Self {
+        Names { walker, walk: walker.walk() }
+    }
+
+    /// Returns the names of the choices of a state, by position.
+    ///
+    /// # Errors
+    /// A command has no meaning in the state.
+    pub(super) fn of(&mut self, state: &[i64]) -> Result<Vec<String>> {
+        self.walk.names(&self.walker.codec().known(state)?)
+    }
+}
+
+/// Writes nodes.
+pub(super) struct NodeLines<'w> {
+    names: Names<'w>,
+    state: Vec<Entries<'w>>,
+    /// The variables of monitors; `None` without monitors.
+    memory: Option<Vec<Entries<'w>>>,
+    actions: AHashMap<String, String>,
+    probabilities: AHashMap<Arc<Ratio>, String>,
+}
+
+impl<'w> NodeLines<'w> {
+    pub(super) fn new(names: Names<'w>, variables: &'w [Variable], monitors: Option<&'w [Variable]>) -> Self {
+        let all = |of: &'w [Variable]| of.iter().map(Entries::new).collect();
+        NodeLines {
+            names,
+            state: all(variables),
+            memory: monitors.map(all),
+            actions: AHashMap::new(),
+            probabilities: AHashMap::new(),
+        }
+    }
+
+    /// Adds a node, as the serialisation of a [`mix::NodeEntry`].
+    ///
+    /// # Errors
+    /// A command has no meaning in the state.
+    pub(super) fn push(&mut self, node: &PolicyNode, out: &mut String) -> Result<()> {
+        out.push_str("{\"state\":");
+        push_object(&mut self.state, &node.state, out);
+        if let Some(memory) = &mut self.memory {
+            out.push_str(",\"memory\":");
+            push_object(memory, &node.memory, out);
+        }
+        for (name, count) in [("steps", node.steps), ("round", node.round)] {
+            if count > 0 {
+                let _ = write!(out, ",\"{name}\":{count}");
+            }
+        }
+        out.push_str(if node.theirs { ",\"other\":true,\"actions\":[" } else { ",\"actions\":[" });
+        self.push_actions(node, out)?;
+        out.push_str("]}");
+        Ok(())
+    }
+
+    fn push_actions(&mut self, node: &PolicyNode, out: &mut String) -> Result<()> {
+        if node.choices.is_empty() {
+            return Ok(());
+        }
+        let names = self.names.of(&node.state)?;
+        for (number, taking) in node.choices.iter().enumerate() {
+            let name = names.get(taking.position).map_or("", String::as_str);
+            if !self.actions.contains_key(name) {
+                self.actions.insert(name.to_owned(), text(&name));
+            }
+            let name = self.actions.get(name).map_or("", String::as_str);
+            let comma = if number > 0 { "," } else { "" };
+            let _ =
+                write!(out, "{comma}{{\"action\":{name},\"position\":{},\"successors\":[", taking.position);
+            for (number, (node, p)) in taking.successors.iter().enumerate() {
+                out.push_str(if number > 0 { ",{\"node\":" } else { "{\"node\":" });
+                push_number(*node, out);
+                out.push_str(",\"probability\":");
+                if !self.probabilities.contains_key(p) {
+                    self.probabilities.insert(Arc::clone(p), text(&mix::number(p)));
+                }
+                out.push_str(self.probabilities.get(p).map_or("", String::as_str));
+                out.push('}');
+            }
+            out.push_str("]}");
+        }
+        Ok(())
+    }
+}
+
+/// The entries of a variable in objects, such as `"x":1`.
+struct Entries<'v> {
+    variable: &'v Variable,
+    known: Vec<Option<String>>,
+}
+
+/// Maximum number of values of a variable whose entries are kept.
+const MOST_VALUES: i64 = 1 << 16;
+
+impl<'v> Entries<'v> {
+    fn new(variable: &'v Variable) -> Self {
+        Entries { variable, known: Vec::new() }
+    }
+
+    fn push(&mut self, value: i64, out: &mut String) {
+        let of = |variable: &Variable| {
+            let whole = text(&Valuation::of_variables(slice::from_ref(variable), &[value]));
+            whole[1..whole.len() - 1].to_owned()
+        };
+        let place = value.checked_sub(self.variable.low).filter(|place| (0..MOST_VALUES).contains(place));
+        let Some(place) = place.and_then(|place| usize::try_from(place).ok()) else {
+            out.push_str(&of(self.variable));
+            return;
+        };
+        if self.known.len() <= place {
+            self.known.resize(place + 1, None);
+        }
+        out.push_str(self.known[place].get_or_insert_with(|| of(self.variable)));
+    }
+}
+
+fn push_object(entries: &mut [Entries<'_>], values: &[i64], out: &mut String) {
+    out.push('{');
+    for (number, (entry, &value)) in entries.iter_mut().zip(values).enumerate() {
+        if number > 0 {
+            out.push(',');
+        }
+        entry.push(value, out);
+    }
+    out.push('}');
+}
+
+fn push_number(mut number: usize, out: &mut String) {
+    let (mut digits, mut at) = ([0; 20], 20);
+    loop {
+        at -= 1;
+        digits[at] = b'0' + (number % 10) as u8;
+        number /= 10;
+        if number == 0 {
+            break;
+        }
+    }
+    out.extend(digits[at..].iter().map(|&digit| char::from(digit)));
+}
