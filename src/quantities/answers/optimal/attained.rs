@@ -47,9 +47,16 @@ pub fn bottoms(successors: impl Iterator<Item = Vec<u32>>) -> Vec<Vec<u32>> {
         game.end_choice();
         game.end_node();
     }
-    let mut place = vec![NONE; game.states()];
     let found = game.choices.components(0..game.states() as u32, |_| true);
-    found.iter().filter(|own| is_bottom(&game, own, &mut place, 0)).map(<[u32]>::to_vec).collect()
+    let mut place = vec![NONE; game.states()];
+    found.iter().filter(|own| is_left_never(&game, own, &mut place)).map(<[u32]>::to_vec).collect()
+}
+
+/// Returns whether a component is never left; `place` has a place for each node, which is [`NONE`].
+fn is_left_never(game: &GameGraph, component: &[u32], place: &mut [u32]) -> bool {
+    let is_bottom = is_bottom(game, component, place, 0);
+    component.iter().for_each(|&node| place[node as usize] = NONE);
+    is_bottom
 }
 
 /// The nodes of a strategy as a game in which we have one choice. Where a path is decided, it stays; with a last node
@@ -158,10 +165,9 @@ impl<'n> Chain<'n> {
         let (mut accepting, mut place) = (BitVec::repeat(false, states), vec![NONE; states]);
         let found = self.game.choices.components(0..states as u32, |_| true);
         for component in found.iter() {
-            if !is_bottom(&self.game, component, &mut place, 0) {
+            if !is_left_never(&self.game, component, &mut place) {
                 continue;
             }
-            component.iter().for_each(|&node| place[node as usize] = NONE);
             let of: Vec<usize> = component.iter().map(|&node| self.nodes[node as usize].state).collect();
             let is_satisfied = |condition: &Accepting| {
                 of.iter().all(|&state| condition.always[state])
