@@ -57,7 +57,7 @@ pub fn answer<J: Job + Listener>(job: &J, options: &Options, asked: &Questions) 
 /// The way in which a request was answered.
 enum Answered {
     /// By an engine that knows all states, these requests; the answers are in the report.
-    ByStates(Arc<AnyEngine>, Vec<usize>, Found),
+    ByStates(Arc<AnyEngine>, Vec<usize>, Box<Found>),
     /// Over all valuations, with the policy that was asked for, if there is one.
     Everywhere(Judged, Option<Box<Policy>>),
     Guided(Box<Guided>),
@@ -258,7 +258,7 @@ impl<J: Job + Listener> Work<'_, J> {
         };
         let by_states = |job: &J, engine: &Arc<AnyEngine>| {
             let found = self.by_states(job, engine, requests, rest)?;
-            Ok(Answered::ByStates(Arc::clone(engine), requests.to_vec(), found))
+            Ok(Answered::ByStates(Arc::clone(engine), requests.to_vec(), Box::new(found)))
         };
         let (settings, selected) = (&self.options.settings, self.options.selected.clone());
         let raced = |selected: Selection| {
@@ -375,7 +375,8 @@ impl<J: Job + Listener> Work<'_, J> {
     fn take(&mut self, request: usize, answered: Answered) -> Result<()> {
         let asking = self.asked.plan.requests.get(request).map(|request| &request.asking);
         match answered {
-            Answered::ByStates(engine, requests, Found { known, mix, optimal }) => {
+            Answered::ByStates(engine, requests, found) => {
+                let Found { known, mix, optimal } = *found;
                 self.known = known;
                 requests.into_iter().for_each(|at| self.done[at] = true);
                 self.strategies.mix = mix;

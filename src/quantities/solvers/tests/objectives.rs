@@ -100,12 +100,12 @@ fn chain(made: &Made, nodes: &[Node]) -> Made {
             let p = |&(to, weight): &(usize, i64)| (to, Ratio::new(weight.into(), sum.into()));
             let mut expected: Vec<_> = own.iter().map(p).collect();
             let mut found: Vec<_> =
-                taking.successors.iter().map(|(to, p)| (nodes[*to].state, p.clone())).collect();
+                taking.successors.iter().map(|(to, p)| (nodes[*to].state, Ratio::clone(p))).collect();
             expected.sort();
             found.sort();
             assert_eq!(found, expected);
             let share = Ratio::new(1.into(), node.choices.len().into());
-            edges.extend(taking.successors.iter().map(|(to, p)| (*to, p * &share)));
+            edges.extend(taking.successors.iter().map(|(to, p)| (*to, &**p * &share)));
         }
         assert!(!gains.is_empty());
         // All denominators are products of numbers up to 9.
