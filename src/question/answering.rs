@@ -96,8 +96,8 @@ pub(crate) struct Answering<'a> {
     pub(crate) options: &'a Options,
     pub(crate) asked: &'a Questions,
     pub(crate) known: RefCell<Known>,
-    /// The numbers that the only operator asks for in the initial states, if its strategy was found first.
-    pub(crate) optima: Option<&'a [Number]>,
+    /// Finds the strategy of the only operator, and the numbers that it asks for in the initial states, if it is asked for.
+    pub(crate) optima: Option<&'a dyn Fn() -> Option<Vec<Number>>>,
 }
 
 impl<'a> Answering<'a> {
@@ -308,7 +308,9 @@ impl<'a> Answering<'a> {
         for &request in group.members.iter().filter(|&&request| self.has_value(request)) {
             let (asking, known, mut partial) = (self.asking(request), group.search.known(), None);
             let answer = || {
-                let numbers = (self.optima, self.options.precision);
+                let is_open = under.decided(asking, known)?.value.is_none();
+                let optima = self.optima.filter(|_| is_open).and_then(|find| find());
+                let numbers = (optima.as_deref(), self.options.precision);
                 let mut answer = under.answer(asking, &self.asked.program, known, numbers)?;
                 let end = std::mem::replace(&mut answer.end, Ok(()));
                 // A number of a game that is not supported leaves the others.

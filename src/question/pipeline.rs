@@ -5,13 +5,14 @@
 //! and a temporal formula has its own, with its monitors. The rest is evaluated over all states. A limit that one
 //! question meets leaves the others as many answers as possible.
 
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 use crate::answer::Answer;
 use crate::answering::{self, Answering, Judged, Known};
 use crate::answers::Plan as Plans;
 use crate::asking::Asking;
-use crate::evaluate::Mix;
+use crate::evaluate::{self, Mix};
 use crate::goal::Target;
 use crate::listener::{Listener, Shares};
 use crate::number::Number;
@@ -291,9 +292,10 @@ impl<J: Job + Listener> Work<'_, J> {
         rest: bool,
     ) -> Result<Found> {
         let explicit = engine.explicit().filter(|_| self.is_plain(requests) && self.wants_optimal());
-        let optimal = explicit.map(|explicit| self.strategies_on(listener, explicit));
-        let found = optimal.as_ref().and_then(|found| found.as_ref().ok());
-        let optima = found.and_then(|found| found.optima.as_deref());
+        let optimal = OnceCell::new();
+        let find = explicit.map(|explicit| || optimal.get_or_init(|| self.strategies_on(listener, explicit)));
+        let numbers = find.as_ref().map(|find| || find().as_ref().ok()?.optima.clone());
+        let optima = numbers.as_ref().map(|numbers| numbers as &dyn Fn() -> Option<Vec<evaluate::Number>>);
         let answering = Answering::new(listener, self.options, self.asked, self.known.clone());
         let answering = Answering { optima, ..answering };
         if !requests.is_empty() || self.asked.plan.properties.is_empty() {
@@ -306,7 +308,10 @@ impl<J: Job + Listener> Work<'_, J> {
         let open =
             Vec::from_iter((0..self.asked.plan.properties.len()).filter(|at| rest && self.is_open(*at)));
         let mix = answering.rest(engine, &build, &open, self.wants(PolicyKind::Mix))?;
-        Ok(Found { known: answering.known(), mix, optimal: optimal.transpose()? })
+        let known = answering.known();
+        // Regions that decide the answer need no numbers, and a limit leaves these.
+        find.iter().for_each(|find| _ = find());
+        Ok(Found { known, mix, optimal: optimal.into_inner().transpose()? })
     }
 
     /// Returns whether a policy of some kind is asked for.
@@ -347,11 +352,7 @@ impl<J: Job + Listener> Work<'_, J> {
 
     /// Computes the strategies of one operator with the states of the model.
     fn strategies_on(&self, listener: &dyn Listener, engine: &Arc<ExplicitEngine>) -> Result<Optimal> {
-        let build = |program: &Arc<Program>| {
-            ExplicitEngine::new(Arc::clone(program), engine.settings().clone()).map(Arc::new)
-        };
-        let find = || strategies::optimal(self.asked, engine, &build, self.options);
-        listener.timed(("policy", "policy"), find)
+        listener.timed(("policy", "policy"), || strategies::optimal(self.asked, engine, self.options))
     }
 
     /// Notes the strategies of one operator.

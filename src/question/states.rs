@@ -100,10 +100,11 @@ impl Answering<'_> {
         let goal = PathGoal::reach(program, program.predicate(program.initial), &self.asked.required)?;
         let under = Under::new(&**engine, program, &goal)?;
         self.counted(&**engine, &under, &goal)?;
+        let optima = self.optima.and_then(|find| find());
         let model = Model::new(under.engine(), program, build, self.options.precision);
         let mut model = model.under(&self.asked.required);
         if let [Planned { stated: Some((_, term)), .. }] = &self.asked.plan.properties[..] {
-            model = model.knowing(term, self.optima);
+            model = model.knowing(term, optima.as_deref());
         }
         let mut shares = Shares::of(self.listener, properties.len());
         let mut known = AHashMap::new();

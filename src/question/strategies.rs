@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use crate::evaluate::{self, Build, Evaluator, Model, PropertyPolicy};
+use crate::evaluate::{self, Evaluator, Model, PropertyPolicy};
 use crate::number::Number;
 use crate::plan::{Planned, Request};
 use crate::questions::{Options, Questions};
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
 use meliora_certify::policy::rules::{Rules, Taken};
-use meliora_engine::{Engine, Guided};
+use meliora_engine::{Engine, ExplicitEngine, Guided};
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Measure, TermKind};
 use meliora_model::Program;
@@ -92,16 +92,14 @@ pub(crate) fn needs_no_monitors(property: &Planned, requests: &[Request]) -> boo
 ///
 /// # Errors
 /// The property has no strategy of this kind; a limit is reached.
-pub(crate) fn optimal<E: Engine>(
-    asked: &Questions,
-    engine: &Arc<E>,
-    build: &Build<'_, E>,
-    options: &Options,
-) -> Result<Optimal> {
+pub(crate) fn optimal(asked: &Questions, engine: &Arc<ExplicitEngine>, options: &Options) -> Result<Optimal> {
+    let build = |program: &Arc<Program>| {
+        ExplicitEngine::new(Arc::clone(program), engine.settings().clone()).map(Arc::new)
+    };
     let [Planned { stated: Some((source, term)), .. }] = &asked.plan.properties[..] else {
         return Err(Error::Usage("`--policy` is about one property".to_owned()));
     };
-    let model = Model::new(&**engine, &asked.program, build, options.precision).under(&asked.required);
+    let model = Model::new(&**engine, &asked.program, &build, options.precision).under(&asked.required);
     let evaluator = Evaluator::new(&model, source);
     let mut optima = None;
     let mut find = |is_wanted: bool, of_opponent: bool| -> Result<Option<PropertyPolicy>> {
