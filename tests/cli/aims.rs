@@ -1,9 +1,7 @@
 //! Strategies of the kind `achieve` for several objectives in one path, and for an objective that is
 //! not sure.
 
-use serde_json::json;
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 /// Both ends of a corridor can be reached in one path, one after the other.
 const HALL: [(&str, &str); 2] = [

@@ -19,7 +19,7 @@ fn rewards_until_a_conjunction_are_those_until_its_last_part() {
     let model = scratch.show("m.prism");
     let value = |property: &str| {
         let arguments = ["reach", &model, "--property", property, "--json"];
-        let report = crate::cli::common::Finished::of(crate::cli::common::meliora().args(arguments));
+        let report = crate::cli::common::Finished::of(crate::cli::common::executable().args(arguments));
         report.expect(0).json()["properties"][0]["value"].clone()
     };
     for optimum in ["min", "max"] {
@@ -44,7 +44,7 @@ endmodule";
     let scratch = Scratch::new(&[("m.prism", text)]);
     let arguments = ["reach", &scratch.show("m.prism"), "--property", "filter(print, S=? [ s=4 ])", "--json"];
     let report =
-        crate::cli::common::Finished::of(crate::cli::common::meliora().args(arguments)).expect(0).json();
+        crate::cli::common::Finished::of(crate::cli::common::executable().args(arguments)).expect(0).json();
     assert_eq!(report.to_string().matches("\"state\"").count(), 0, "{report}");
 }
 

@@ -1,18 +1,18 @@
 //! `--choose`: strategies that attain the values, and simulations that measure them.
 
-use serde_json::{Value, json};
+use serde_json::{Value as Json, json};
 
-use crate::cli::common::{Finished, Scratch, keys, meliora, run};
+use crate::cli::common::{Finished, Scratch, executable, keys, run};
 
 /// Simulates under both engines and returns what both found.
-fn simulated(arguments: &str) -> Value {
+fn simulated(arguments: &str) -> Json {
     let [symbolic, explicit] = ["symbolic", "explicit"]
         .map(|engine| run(&format!("simulate {arguments} --json -q --engine {engine}")).expect(0).json());
     assert_eq!(symbolic["plays"], explicit["plays"], "{arguments}");
     symbolic["plays"][0].clone()
 }
 
-fn agrees(play: &Value) -> bool {
+fn agrees(play: &Json) -> bool {
     let value = &play["value"];
     let inside = |computed: &str, interval: &str| {
         let [lower, upper] = ["lower", "upper"].map(|bound| value[interval][bound].as_f64().unwrap());
@@ -25,7 +25,7 @@ fn agrees(play: &Value) -> bool {
 }
 
 /// Returns whether bounds contain a number, and are close.
-fn is(bounds: &Value, x: f64) -> bool {
+fn is(bounds: &Json, x: f64) -> bool {
     let [lower, upper] = ["lower", "upper"].map(|bound| bounds[bound].as_f64().unwrap());
     lower <= x && x <= upper && upper - lower < 1e-9
 }
@@ -76,7 +76,7 @@ fn likely_takes_the_better_action_although_it_is_not_the_first() {
     let files = files(&scratch, "worse");
     let first = simulated(&format!("{files} --kind spi --seed 3"));
     let likely = simulated(&format!("{files} --choose likely --seed 3"));
-    assert_eq!(first["value"], Value::Null);
+    assert_eq!(first["value"], Json::Null);
     assert!(first["improvements"][1]["plays"].as_u64().unwrap() < 100);
     assert!(is(&likely["value"]["probability"], 0.26));
     assert!(agrees(&likely), "{likely}");
@@ -237,14 +237,14 @@ fn all_fields_are_there_without_values_too() {
     let names = ["choose", "reward"];
     let report = run("strategy models/toy.prism models/toy.pref --json").expect(0).json();
     assert!(names.iter().all(|name| keys(&report).contains(name)));
-    assert_eq!((&report["choose"], &report["reward"]), (&json!("first"), &Value::Null));
+    assert_eq!((&report["choose"], &report["reward"]), (&json!("first"), &Json::Null));
 }
 
 #[test]
 fn combinations_without_a_meaning_are_refused_by_name() {
     let refused = |options: &str| {
         let all = format!("simulate models/toy.prism models/toy.pref {options}");
-        Finished::of(meliora().args(all.split_whitespace())).expect(2).stderr
+        Finished::of(executable().args(all.split_whitespace())).expect(2).stderr
     };
     for (options, message) in [
         ("--choose likely --kind sasi", "with `--kind sasi`, use `--choose cheap`"),

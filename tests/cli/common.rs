@@ -2,14 +2,13 @@
 
 #![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
 
-use std::path::PathBuf;
-
 use assert_cmd::Command;
-use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::common::prelude::*;
+
 /// The command, without the environment's wishes for colours.
-pub fn meliora() -> Command {
+pub fn executable() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
     command.env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE").current_dir(env!("CARGO_MANIFEST_DIR"));
     command
@@ -17,7 +16,7 @@ pub fn meliora() -> Command {
 
 /// The command with arguments split at white space.
 pub fn run(arguments: &str) -> Finished {
-    Finished::of(meliora().args(arguments.split_whitespace()))
+    Finished::of(executable().args(arguments.split_whitespace()))
 }
 
 /// The exit status and the output of a finished run.
@@ -39,7 +38,7 @@ impl Finished {
     }
 
     /// The one JSON object on stdout.
-    pub fn json(&self) -> Value {
+    pub fn json(&self) -> Json {
         serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"))
     }
 
@@ -78,7 +77,7 @@ impl Scratch {
 }
 
 /// The keys of an object, in their order.
-pub fn keys(value: &Value) -> Vec<&str> {
+pub fn keys(value: &Json) -> Vec<&str> {
     value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 

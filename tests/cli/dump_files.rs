@@ -1,8 +1,6 @@
 //! Files after an `export` that fails, the form of tables, and the settings that `verify` takes from a dump.
 
-use std::fs;
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 const NEGATIVE: &str = "mdp
 module m

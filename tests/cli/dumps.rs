@@ -1,12 +1,8 @@
 //! Export, query and verify from the command line.
 
-use std::collections::BTreeMap;
-use std::fs;
-
-use serde_json::Value;
-
-use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, keys, meliora, run};
+use crate::cli::common::{LONG, LONG_PREFS, keys};
 use crate::common::factory::{PREFERENCES, factory};
+use crate::common::prelude::*;
 
 fn export(scratch: &Scratch, model: &str, options: &str) -> String {
     let out = scratch.show("dump");
@@ -15,7 +11,7 @@ fn export(scratch: &Scratch, model: &str, options: &str) -> String {
 }
 
 fn query(dump: &str, arguments: &[&str]) -> Finished {
-    Finished::of(meliora().args(["query", dump]).args(arguments))
+    Finished::of(executable().args(["query", dump]).args(arguments))
 }
 
 fn count(dump: &str, region: &str) -> String {
@@ -23,9 +19,9 @@ fn count(dump: &str, region: &str) -> String {
 }
 
 /// Returns the size of each region in the report of `check`, by the region's name.
-fn expected(report: &Value) -> BTreeMap<String, String> {
+fn expected(report: &Json) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
-    let mut add = |name: String, count: &Value| {
+    let mut add = |name: String, count: &Json| {
         all.insert(name, count.as_str().unwrap().to_owned());
     };
     add("reachable".into(), &report["counts"]["states"]);
@@ -67,7 +63,7 @@ fn a_dump_has_the_counts_of_check() {
         let dump = export(&scratch, model, options);
         let report =
             run(&format!("check models/{model}.prism models/{model}.pref {options} --json")).expect(0).json();
-        let manifest: Value =
+        let manifest: Json =
             serde_json::from_str(&fs::read_to_string(format!("{dump}/manifest.json")).unwrap()).unwrap();
         let roots = manifest["regions"]["roots"].as_array().unwrap();
         for (region, number) in expected(&report) {
@@ -169,7 +165,7 @@ fn a_changed_file_model_or_hash_is_refused() {
     run(&format!("verify {dump} models/toy.prism models/toy.pref")).expect(3);
     fs::write(&file, "").unwrap();
     let failed = run(&format!("verify {dump} models/toy.prism models/toy.pref --json")).expect(3).json();
-    assert_eq!((&failed["kind"], &failed["line"]), (&Value::from("input"), &Value::from(1)));
+    assert_eq!((&failed["kind"], &failed["line"]), (&Json::from("input"), &Json::from(1)));
 }
 
 #[test]

@@ -1,11 +1,7 @@
 //! Models state by state, read back and compared with what the reports say.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use serde_json::Value as Json;
-
-use crate::cli::common::{Finished, Scratch, meliora};
 use crate::common::graphs::reached;
+use crate::common::prelude::*;
 
 /// A model as the files have it.
 #[derive(Debug, Default, PartialEq)]
@@ -97,12 +93,12 @@ fn export(scratch: &Scratch, model: &str, arguments: &[&str]) -> Json {
     let (prism, pref) = (format!("models/{model}.prism"), format!("models/{model}.pref"));
     let out = scratch.show("");
     let all = ["export", &prism, &pref, "--out", &out, "--json"];
-    Finished::of(meliora().args(all).args(arguments)).expect(0).json()
+    Finished::of(executable().args(all).args(arguments)).expect(0).json()
 }
 
 fn check(model: &str) -> Json {
     let (prism, pref) = (format!("models/{model}.prism"), format!("models/{model}.pref"));
-    Finished::of(meliora().args(["check", &prism, &pref, "--json"])).expect(0).json()
+    Finished::of(executable().args(["check", &prism, &pref, "--json"])).expect(0).json()
 }
 
 #[test]
@@ -176,7 +172,7 @@ fn more_states_than_the_limit_end_with_its_name_and_no_file() {
     let out = scratch.show("out");
     let run = |more: &[&str]| {
         let all = ["export", "models/robot5x5.prism", "models/robot5x5.pref", "--out", &out];
-        Finished::of(meliora().args(all).args(more))
+        Finished::of(executable().args(all).args(more))
     };
     let full = run(&["--format", "drn", "--limit", "10"]).expect(4);
     assert!(full.stderr.contains("--limit"), "{}", full.stderr);
@@ -192,7 +188,7 @@ fn what_is_there_is_looked_at_before_the_work_and_no_half_is_left() {
     let out = |place: &str| scratch.show(place);
     let run = |place: &str, more: &[&str]| {
         let all = ["export", "models/toy.prism", "models/toy.pref", "--out", place];
-        Finished::of(meliora().args(all).args(more))
+        Finished::of(executable().args(all).args(more))
     };
     run("-", &["--format", "drn"]).expect(2);
     for (place, word) in [("file", "not a directory"), ("no/such/place", "does not exist")] {
@@ -234,13 +230,13 @@ fn the_model_of_a_strategy_keeps_the_labels_of_the_model() {
         let out = scratch.show(format);
         let paths = [scratch.show("m.prism"), scratch.show("m.pref")];
         let options = ["--kind", "spi", "--scheduler", "progress", "--format", format, "--out", &out];
-        Finished::of(meliora().arg("export").args(&paths).args(options)).expect(0);
+        Finished::of(executable().arg("export").args(&paths).args(options)).expect(0);
         let again = scratch.show(&format!("{format}/spi-progress.{file}"));
         // A label with a name of the strategy gets a number; a region with the name of a label, too.
         let reaches = |label: &str| {
             let property = format!("P=? [ F \"{label}\" ]");
             let asked = ["reach", &again, "--property", &property, "--json"];
-            let found = Finished::of(meliora().args(asked)).expect(0).json();
+            let found = Finished::of(executable().args(asked)).expect(0).json();
             found["properties"][0]["value"]["upper"].as_f64().unwrap()
         };
         for (label, p) in [("home", 0.25), ("improved", 0.25), ("improved_2", 0.75), ("class_A", 1.0)] {

@@ -1,13 +1,12 @@
 //! Output files: paths that already exist, paths that are not regular files, and the files left over when
 //! the work ends early.
 
-use std::fs::{self, Permissions};
+use std::fs::Permissions;
 use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
-use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::cli::common::{Finished, Scratch, run};
+use crate::common::prelude::*;
 
 const TOY: &str = "models/toy.prism models/toy.pref";
 

@@ -1,13 +1,11 @@
 //! Files of other programs: read, or refused by name.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// Runs `info` for the first of some files.
 fn info(files: &[(&str, &str)]) -> Finished {
     let scratch = Scratch::new(files);
-    Finished::of(meliora().args(["info", &scratch.show(files[0].0), "--json"]))
+    Finished::of(executable().args(["info", &scratch.show(files[0].0), "--json"]))
 }
 
 /// Reads a property of the first of some files.
@@ -15,7 +13,7 @@ fn value(files: &[(&str, &str)], property: &str, constants: &[&str]) -> Json {
     let scratch = Scratch::new(files);
     let given = constants.iter().flat_map(|given| ["-c", *given]);
     let asked = ["reach", &scratch.show(files[0].0), "--json", "--property", property];
-    Finished::of(meliora().args(asked).args(given)).expect(0).json()["properties"][0]["value"].clone()
+    Finished::of(executable().args(asked).args(given)).expect(0).json()["properties"][0]["value"].clone()
 }
 
 #[test]
@@ -141,14 +139,15 @@ fn a_constant_may_be_given_as_a_fraction() {
         std::fs::write(scratch.path("m.props"), file).unwrap();
         let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
         let asked = ["reach", &model, "--properties", &file, "-c", "p = 2 / 6"];
-        Finished::of(meliora().args(asked)).expect(status);
+        Finished::of(executable().args(asked)).expect(status);
     }
     let rows = ["reach", &scratch.show("m.prism"), "--property", "P=? [ F s=1 ]", "-c", "p={1/4,-1/-4}"];
-    Finished::of(meliora().args(rows)).expect(0);
+    Finished::of(executable().args(rows)).expect(0);
     for (given, message) in
         [("p=1/0", "divides by 0"), ("p=1/", "expected a number"), ("p=1/x", "expected a number")]
     {
-        let refused = Finished::of(meliora().args(["info", &scratch.show("m.prism"), "-c", given])).expect(3);
+        let refused =
+            Finished::of(executable().args(["info", &scratch.show("m.prism"), "-c", given])).expect(3);
         assert!(refused.stderr.contains(message), "{given}: {}", refused.stderr);
     }
 }
@@ -159,7 +158,7 @@ fn a_module_may_have_the_name_of_an_operator_of_properties() {
     let found = info(&[("m.prism", model)]).expect(0).json();
     assert_eq!((&found["counts"]["states"], &found["counts"]["choices"]), (&json!("2"), &json!("2")));
     let scratch = Scratch::new(&[("m.prism", model)]);
-    let flat = Finished::of(meliora().args(["info", &scratch.show("m.prism"), "--flat"])).expect(0).stdout;
+    let flat = Finished::of(executable().args(["info", &scratch.show("m.prism"), "--flat"])).expect(0).stdout;
     assert_eq!(info(&[("flat.prism", &flat)]).expect(0).json()["counts"], found["counts"]);
     let variable = info(&[("m.prism", &model.replace("a:", "A:"))]).expect(3).stderr;
     assert!(variable.contains("`A` is a keyword and cannot be the name of a variable"), "{variable}");
@@ -170,11 +169,11 @@ fn the_state_of_a_model_without_variables_is_shown() {
     let model = "mdp\nmodule m\n [a] true -> true;\nendmodule\n";
     let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective G = F true;")]);
     let [file, prefs] = ["m.prism", "m.pref"].map(|name| scratch.show(name));
-    let shown = Finished::of(meliora().args(["check", &file, &prefs])).expect(0).stdout;
+    let shown = Finished::of(executable().args(["check", &file, &prefs])).expect(0).stdout;
     assert!(shown.contains("Initial state (no variables)\n"), "{shown}");
-    let shown = Finished::of(meliora().args(["info", &file])).expect(0).stdout;
+    let shown = Finished::of(executable().args(["info", &file])).expect(0).stdout;
     assert!(shown.contains("Variables\n  none\n"), "{shown}");
-    let json = Finished::of(meliora().args(["check", &file, &prefs, "--json"])).expect(0).json();
+    let json = Finished::of(executable().args(["check", &file, &prefs, "--json"])).expect(0).json();
     assert_eq!(json["initial"][0]["state"], json!({}));
 }
 
@@ -206,7 +205,7 @@ fn files_in_latin_1_are_read_with_a_warning() {
     let model = b"// Mod\xe8le d'Andr\xe9\nmdp module m x : [0..1] init 0; [] x=0 -> (x'=1); [] x=1 -> true; endmodule\n";
     std::fs::write(scratch.path("m.prism"), model).unwrap();
     std::fs::write(scratch.path("m.props"), b"// caf\xe9\nP>=1 [ F x=1 ];\n").unwrap();
-    let run = |arguments: &[&str]| Finished::of(meliora().args(arguments));
+    let run = |arguments: &[&str]| Finished::of(executable().args(arguments));
     let (path, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     let read = run(&["reach", &path, "--properties", &file]).expect(0);
     read.says("the file is not UTF-8, and is read as Latin-1");
@@ -222,10 +221,10 @@ fn probabilities_that_six_digits_round_are_scaled_with_a_warning() {
     let model = format!("mdp module m s:[0..6] init 0; [go] s=0 -> {six}; [] s>0 -> true; endmodule\n");
     let scratch = Scratch::new(&[("m.prism", &model)]);
     let asked = ["reach", &scratch.show("m.prism"), "--property", "Pmax<0.28572 [ F s=6 ]"];
-    Finished::of(meliora().args(asked)).expect(0).says("sum to");
+    Finished::of(executable().args(asked)).expect(0).says("sum to");
     let far = model.replace("0.285713", "0.28570");
     let scratch = Scratch::new(&[("m.prism", &far)]);
-    Finished::of(meliora().args(["info", &scratch.show("m.prism")])).expect(3);
+    Finished::of(executable().args(["info", &scratch.show("m.prism")])).expect(3);
 }
 
 /// The rewards next to PRISM's transitions were not read, and not mentioned.

@@ -1,9 +1,7 @@
 //! `reach`: the answer, and the ways to it, do not depend on how a property is written.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
 use crate::cli::direction::{lamps_and, power, register};
+use crate::common::prelude::*;
 
 const GOAL: &str = "Pmax>=1 [ F \"goal\" ]";
 
@@ -15,7 +13,7 @@ fn lamps(properties: &str) -> Scratch {
 
 fn asked(scratch: &Scratch, more: &[&str]) -> Finished {
     let model = [scratch.show("d.pddl"), scratch.show("p.pddl")];
-    Finished::of(meliora().arg("reach").args(model).args(more).args(["--memory", "1GiB"]))
+    Finished::of(executable().arg("reach").args(model).args(more).args(["--memory", "1GiB"]))
 }
 
 #[test]
@@ -69,7 +67,7 @@ fn no_property_holds_where_no_strategy_keeps_the_requirements() {
     for property in ["at=3 | P>=1 [ F at=5 ]", "!(P>=1 [ F at=5 ] & P>0 [ F at=4 ])"] {
         let given =
             ["reach", "models/pond.prism", "--property", property, "--require", "G (!at=4)", "--json"];
-        let found = Finished::of(meliora().args(given)).expect(1).json();
+        let found = Finished::of(executable().args(given)).expect(1).json();
         assert_eq!(found["holds"], false, "{property}: {found}");
     }
 }
@@ -95,7 +93,7 @@ fn a_search_over_all_valuations_answers_wherever_its_question_stands() {
         ("done | P>0 [ F done ]", false),
     ] {
         let given = ["reach", &model, "--property", property, "--json"];
-        let found = Finished::of(meliora().args(given)).expect(i32::from(!holds)).json();
+        let found = Finished::of(executable().args(given)).expect(i32::from(!holds)).json();
         assert_eq!(
             (&found["over_all_valuations"], &found["counts"]),
             (&json!(true), &Json::Null),
@@ -131,7 +129,7 @@ fn several_initial_states_may_differ_in_a_part_of_a_property() {
         ("!filter(forall, P>=1 [ F x=3 ], \"init\")", true),
     ] {
         let given = ["reach", &model, "--property", property, "--json"];
-        let found = Finished::of(meliora().args(given)).expect(i32::from(!holds)).json();
+        let found = Finished::of(executable().args(given)).expect(i32::from(!holds)).json();
         assert_eq!(found["properties"][0]["holds"], holds, "{property}: {found}");
     }
 }
@@ -143,7 +141,7 @@ fn requirements_with_monitors_restrict_each_operator_of_a_property() {
     let scratch = Scratch::new(&[("m.prism", text)]);
     let asked = |property: &str| {
         let given = ["--property", property, "--require", "G (x!=2 | X x!=0)", "--json"];
-        Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(given))
+        Finished::of(executable().args(["reach", &scratch.show("m.prism")]).args(given))
     };
     for (property, holds) in [
         ("P>=1 [ F x=3 ]", true),
@@ -164,7 +162,7 @@ fn requirements_with_monitors_restrict_each_operator_of_a_property() {
 fn paths_stop_at_a_target_however_the_property_is_written() {
     let ask = |property: &str| {
         let given = ["reach", "models/pond.prism", "--property", property, "--stop-at-target", "--json"];
-        Finished::of(meliora().args(given))
+        Finished::of(executable().args(given))
     };
     let alone = ask("Pmax>0 [ F at=5 ]").expect(0).json();
     for property in ["!!(Pmax>0 [ F at=5 ])", "true & Pmax>0 [ F at=5 ]", "!(Pmax<=0 [ F at=5 ])"] {
@@ -189,7 +187,7 @@ fn initial_states_that_differ_are_named_under_requirements_with_monitors() {
     let ask = |property: &str| {
         let model = scratch.show("m.prism");
         let require = ["--require", "!(x=1) W (x=2)"];
-        Finished::of(meliora().args(["reach", &model, "--property", property]).args(require))
+        Finished::of(executable().args(["reach", &model, "--property", property]).args(require))
     };
     ask("(Pmax>=1 [ F x=3 ]) & (Pmax>=1 [ F x=2 ])").expect(1);
     let refused = ask("(Pmax>=1 [ F x=3 ]) | (Pmax>=1 [ F x=2 ])").expect(3);

@@ -1,11 +1,7 @@
 //! Pages of games: whose move it is, in square and round cells, and where each player stands.
 
-use std::fs;
-
-use serde_json::{Value, json};
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
 use crate::cli::report::data;
+use crate::common::prelude::*;
 
 const PURSUIT: &str = "report models/pursuit.prism models/pursuit.pref -c N=4";
 
@@ -57,10 +53,10 @@ fn a_page_says_who_plays_and_against_whom_results_hold() {
     assert!(!page.contains("its sign also shows where it stands"), "the guard has a row only");
     let data_of_page = data(&page);
     let (game, choices) = (&data_of_page["game"], data_of_page["choices"].as_array().unwrap());
-    let sides: Vec<Value> =
+    let sides: Vec<Json> =
         game["players"].as_array().unwrap().iter().map(|p| json!([p["name"], p["ours"]])).collect();
     assert_eq!(sides, [json!(["robot", true]), json!(["guard", false])]);
-    let choice = |m: &Value| &choices[usize::try_from(m["choice"].as_u64().unwrap()).unwrap()];
+    let choice = |m: &Json| &choices[usize::try_from(m["choice"].as_u64().unwrap()).unwrap()];
     let mut moves: Vec<&str> =
         game["moves"].as_array().unwrap().iter().map(|m| choice(m)["name"].as_str().unwrap()).collect();
     moves.sort_unstable();
@@ -80,7 +76,7 @@ fn both_robots_are_drawn_where_they_stand() {
     let (model, wishes) = (scratch.show("m.prism"), scratch.show("p.pref"));
     let at = |more: &[&str]| {
         let fixed = ["report", &model, &wishes, "--format", "svg", "--picture", "sasi"];
-        Finished::of(meliora().args([&fixed[..], more].concat())).expect(0).stdout
+        Finished::of(executable().args([&fixed[..], more].concat())).expect(0).stdout
     };
     let map = at(&[]);
     // Rows grow downwards here: the other robot stands in row 2 and column 1.
@@ -94,7 +90,7 @@ fn both_robots_are_drawn_where_they_stand() {
     let piece = map.split("<g class=\"piece theirs\"").nth(1).unwrap();
     assert!(piece.contains(&cell(2, 1)) && piece.contains("visibility=\"visible\""), "{piece}");
     assert!(piece.contains("<title>other</title>") && piece.contains("<circle"), "{piece}");
-    let page = Finished::of(meliora().args(["report", &model, &wishes])).expect(0).stdout;
+    let page = Finished::of(executable().args(["report", &model, &wishes])).expect(0).stdout;
     assert!(page.contains("its sign also shows where it stands"), "{page}");
     // The mark of the run is that of our robot.
     assert!(page.contains("<g class=\"token\" visibility=\"hidden\"><rect"), "{page}");
@@ -124,7 +120,7 @@ fn pictures_need_no_strategy() {
     let scratch = Scratch::new(&[("m.prism", FIELD), ("p.pref", wishes)]);
     let (model, wishes) = (scratch.show("m.prism"), scratch.show("p.pref"));
     let report = |more: &[&str]| {
-        Finished::of(meliora().args([&["report", model.as_str(), wishes.as_str()], more].concat()))
+        Finished::of(executable().args([&["report", model.as_str(), wishes.as_str()], more].concat()))
     };
     assert!(report(&["--format", "dot"]).expect(0).stdout.contains("Far"));
     assert!(
@@ -151,7 +147,7 @@ fn a_page_of_a_game_has_values_against_the_opponent() {
     let page = |choose: &str| {
         let more =
             ["report", &model, &preferences, "--kind", "spi", "--choose", choose, "--opponent", "worst"];
-        Finished::of(meliora().args(more)).expect(0).stdout
+        Finished::of(executable().args(more)).expect(0).stdout
     };
     let likely = page("likely");
     let headline = "Can improve from A to G with probability at least 0.25; no improvement is guaranteed.";

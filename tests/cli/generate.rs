@@ -1,11 +1,9 @@
 //! `meliora generate`: the paper's robot is an instance, small worlds look as they did, and mistakes
 //! are shown with their place.
 
-use meliora::error::render;
-use meliora::error::{Error, SourceFile};
 use meliora::generate::{Choices, Generated, Parameters, from_map, gridworld};
 
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 fn map(text: &str) -> Result<Generated, Error> {
     from_map(&SourceFile::new("world.map", text), &Choices::default())
@@ -82,7 +80,7 @@ fn opponents_make_the_world_a_game() {
         let info = run(&format!("info {prefix}.prism --json")).expect(0).json();
         assert_eq!(info["players"].as_array().unwrap().len(), players);
         let target = ["reach", &format!("{prefix}.prism"), "--target", meeting, "--json"];
-        let found = Finished::of(meliora().args(target)).expect(0).json();
+        let found = Finished::of(executable().args(target)).expect(0).json();
         assert_eq!(found["pmax_positive"], "0", "{more}");
     }
     let good = || Parameters::new(8, 8, 4);

@@ -1,9 +1,7 @@
 //! Names of JANI models in everything that is written: they are those of the author, quoted as the target
 //! needs it, and read back.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 fn model() -> String {
     let x = json!({"name": "a b", "type": {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": 3}, "initial-value": 0});
@@ -32,7 +30,7 @@ fn scratch() -> Scratch {
 
 #[track_caller]
 fn run(arguments: &[&str]) -> Finished {
-    Finished::of(meliora().args(arguments)).expect(0)
+    Finished::of(executable().args(arguments)).expect(0)
 }
 
 fn rows(text: &str) -> Vec<Vec<String>> {
@@ -107,7 +105,9 @@ fn the_number_of_a_value_is_not_taken_for_its_name() {
     let scratch = scratch();
     let [model, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
     let at = |state: &str| {
-        Finished::of(meliora().args(["strategy", &model, &prefs, "--kind", "spi", "--at", state, "--json"]))
+        Finished::of(
+            executable().args(["strategy", &model, &prefs, "--kind", "spi", "--at", state, "--json"]),
+        )
     };
     let found = at("auto_maton_loc=2").expect(0).json();
     assert_eq!(found["states"][0]["state"]["auto_maton_loc"], Json::from("2"));

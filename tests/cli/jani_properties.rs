@@ -1,8 +1,6 @@
 //! Properties of JANI models: filters, and properties that cannot be read.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 fn unary(op: &str, exp: &Json) -> Json {
     json!({"op": op, "exp": exp})
@@ -50,7 +48,7 @@ fn model(from: Option<u8>, properties: &[(&str, Json)]) -> Json {
 fn all(model: &Json, status: i32) -> Vec<Json> {
     let scratch = Scratch::new(&[("m.jani", &model.to_string())]);
     let found =
-        Finished::of(meliora().args(["reach", &scratch.show("m.jani"), "--all-properties", "--json"]));
+        Finished::of(executable().args(["reach", &scratch.show("m.jani"), "--all-properties", "--json"]));
     found.expect(status).json()["properties"].as_array().unwrap().clone()
 }
 
@@ -229,9 +227,9 @@ fn a_property_that_cannot_be_read_leaves_the_model_and_the_other_properties() {
     let prefs = "objective A = F \"plain\"; objective B = F x=1; prefer A > B;";
     let scratch = Scratch::new(&[("m.jani", &found.to_string()), ("m.pref", prefs)]);
     let [file, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
-    Finished::of(meliora().args(["info", &file])).expect(0);
-    Finished::of(meliora().args(["check", &file, &prefs])).expect(0);
-    let alone = Finished::of(meliora().args(["reach", &file, "--property", "unknown"])).expect(3).stderr;
+    Finished::of(executable().args(["info", &file])).expect(0);
+    Finished::of(executable().args(["check", &file, &prefs])).expect(0);
+    let alone = Finished::of(executable().args(["reach", &file, "--property", "unknown"])).expect(3).stderr;
     assert!(
         alone.contains("the property \"unknown\" of the model cannot be answered: unknown name"),
         "{alone}"
@@ -244,7 +242,7 @@ fn the_target_of_a_property_is_a_label_whatever_its_filter_asks() {
     let mut walk = model(Some(0), &[("goal", goal.clone())]);
     let target = |walk: &Json| {
         let scratch = Scratch::new(&[("m.jani", &walk.to_string())]);
-        Finished::of(meliora().args(["reach", &scratch.show("m.jani"), "--target", "\"goal\"", "--json"]))
+        Finished::of(executable().args(["reach", &scratch.show("m.jani"), "--target", "\"goal\"", "--json"]))
     };
     assert_eq!(target(&walk).expect(0).json()["target"], json!("1"));
     // A variable of this name that means another set: neither is the label.
@@ -288,7 +286,7 @@ fn a_property_with_the_name_of_a_label_of_all_models_is_not_taken_for_it() {
     let found = all(&walk, 0);
     assert!(found.iter().all(|p| p["value"]["lower"].as_f64() > Some(0.4)), "{found:?}");
     let scratch = Scratch::new(&[("m.jani", &walk.to_string())]);
-    let told = Finished::of(meliora().args(["info", &scratch.show("m.jani")])).expect(0).stderr;
+    let told = Finished::of(executable().args(["info", &scratch.show("m.jani")])).expect(0).stderr;
     assert!(
         told.contains("\"init\" is not a label of the model") && told.contains("\"deadlock\" is not"),
         "{told}"

@@ -1,15 +1,13 @@
 //! The JSON of some commands. [`crate::cli::json_page`] checks names, order and types of all fields.
 
-use serde_json::{Value, json};
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
 
 #[test]
 fn a_report_says_what_the_work_took() {
     let report = run(&format!("check {ROBOT} --safety transition --json")).expect(0).json();
-    assert!(report["time"].as_object().unwrap().values().all(Value::is_f64), "{}", report["time"]);
+    assert!(report["time"].as_object().unwrap().values().all(Json::is_f64), "{}", report["time"]);
     assert!(report["memory"]["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
 }
 
@@ -44,7 +42,7 @@ fn the_robot_has_the_numbers_of_the_paper() {
 #[test]
 fn prefix_has_no_one_improvement_mdp() {
     let report = run("check models/toy.prism models/toy.pref --safety prefix --json").expect(0).json();
-    assert_eq!(report["improvement"], Value::Null);
+    assert_eq!(report["improvement"], Json::Null);
     assert_eq!(report["safety"], "prefix");
 }
 
@@ -73,19 +71,19 @@ fn info_tells_of_order_and_nodes_where_there_are_diagrams() {
     assert!(report["nodes"]["reachable"].as_u64().unwrap() > 0);
     let explicit = run("info models/toy.prism --json --engine explicit").expect(0).json();
     assert_eq!(explicit["counts"], report["counts"]);
-    assert_eq!((&explicit["order"], &explicit["nodes"]), (&Value::Null, &Value::Null));
+    assert_eq!((&explicit["order"], &explicit["nodes"]), (&Json::Null, &Json::Null));
 }
 
 #[test]
 fn compare_agrees_and_says_what_it_took() {
     let report = run(&format!("compare {ROBOT} --json")).expect(0).json();
     assert_eq!(report["schema"], "meliora.compare/1");
-    assert_eq!((&report["equal"], &report["difference"]), (&json!(true), &Value::Null));
+    assert_eq!((&report["equal"], &report["difference"]), (&json!(true), &Json::Null));
     assert_eq!(report["membership"], "3600");
     assert_eq!(report["engines"].as_array().unwrap().len(), 2);
     assert!(["symbolic", "explicit"].contains(&report["prefer"]["engine"].as_str().unwrap()));
     let report = run(&format!("compare {ROBOT} --json --membership 10")).expect(0).json();
-    assert_eq!(report["membership"], Value::Null);
+    assert_eq!(report["membership"], Json::Null);
 }
 
 #[test]

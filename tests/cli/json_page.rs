@@ -1,13 +1,11 @@
 //! The types of the reports give a JSON schema of each `--json` object. Every output fits its schema, in the order of
 //! its fields too, and every field occurs in some output.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use jsonschema::{Registry, Validator};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
-use crate::cli::common::{Scratch, run};
 use crate::cli::direction::{lamps_and, power, register};
+use crate::common::prelude::*;
 
 /// The schema of the parts that several reports have.
 const COMMON: &str = "common";

@@ -4,10 +4,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
-
-use crate::cli::common::{LONG, LONG_PREFS, Scratch, run};
-use crate::common::amount::share;
+use crate::cli::common::{LONG, LONG_PREFS};
+use crate::common::prelude::*;
 
 /// A model that takes minutes in every phase, with its preferences, and a place for a dump.
 fn hard() -> Scratch {
@@ -131,7 +129,7 @@ fn an_interrupt_ends_every_command_with_130_and_what_is_known() {
         let (status, out, err) = run.end();
         assert_eq!(status, Some(130), "{command}: {err}");
         assert!(err.contains("interrupted"), "{command}: {err}");
-        let report: Value = serde_json::from_str(&out).unwrap();
+        let report: Json = serde_json::from_str(&out).unwrap();
         assert_eq!(report["complete"], false, "{command}");
         assert_eq!(report["error"]["message"], "interrupted", "{command}");
         nothing_is_left_behind(&scratch);
@@ -169,7 +167,7 @@ fn ends_after(threads: usize, end: &dyn Fn(&mut Running), more: &str, status: i3
     let start = Instant::now();
     let (found, out, err) = run.end();
     assert_eq!(found, Some(status), "{err}");
-    assert_eq!(serde_json::from_str::<Value>(&out).unwrap()["complete"], false);
+    assert_eq!(serde_json::from_str::<Json>(&out).unwrap()["complete"], false);
     start.elapsed().as_secs_f64()
 }
 
@@ -198,7 +196,7 @@ fn the_signal_of_job_schedulers_is_an_interrupt_too() {
     run.kill_after_parsing("-TERM");
     let (status, out, _) = run.end();
     assert_eq!(status, Some(130));
-    assert_eq!(serde_json::from_str::<Value>(&out).unwrap()["complete"], false);
+    assert_eq!(serde_json::from_str::<Json>(&out).unwrap()["complete"], false);
 }
 
 #[cfg(target_os = "linux")]
@@ -219,7 +217,7 @@ fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
         assert_eq!(status, Some(4), "{command}: {err}");
         assert!(err.contains("--timeout"), "{command}: {err}");
         assert!(err.contains("stopped in the phase"), "{command}: {err}");
-        let report: Value = serde_json::from_str(&out).unwrap();
+        let report: Json = serde_json::from_str(&out).unwrap();
         assert_eq!(report["complete"], false, "{command}");
         assert_eq!(report["error"]["kind"], "resource", "{command}");
         nothing_is_left_behind(&scratch);
@@ -227,7 +225,7 @@ fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
 }
 
 /// Returns true if a rank is at most another one. A rank is a lower bound while levels are missing.
-fn is_at_most(part: &Value, whole: &Value) -> bool {
+fn is_at_most(part: &Json, whole: &Json) -> bool {
     match (part.as_u64(), whole.as_u64()) {
         (Some(part), Some(whole)) => part <= whole,
         (Some(_), None) => whole == "unbounded",
@@ -236,16 +234,16 @@ fn is_at_most(part: &Value, whole: &Value) -> bool {
 }
 
 /// Returns true if a partial report agrees with the full one wherever it has a value.
-fn agrees(part: &Value, whole: &Value) -> bool {
+fn agrees(part: &Json, whole: &Json) -> bool {
     match (part, whole) {
-        (Value::Null, _) => true,
-        (Value::Object(part), Value::Object(whole)) => part.iter().all(|(key, value)| {
+        (Json::Null, _) => true,
+        (Json::Object(part), Json::Object(whole)) => part.iter().all(|(key, value)| {
             let about_the_work = ["time", "memory", "complete", "error"].contains(&key.as_str());
             let is_rank = ["sasi_rank", "spi_rank"].contains(&key.as_str());
             let compare = if is_rank { is_at_most } else { agrees };
             about_the_work || whole.get(key).is_some_and(|w| compare(value, w))
         }),
-        (Value::Array(part), Value::Array(whole)) => {
+        (Json::Array(part), Json::Array(whole)) => {
             part.len() <= whole.len() && part.iter().zip(whole).all(|(p, w)| agrees(p, w))
         }
         _ => part == whole,

@@ -8,7 +8,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use tar::{Builder, EntryType, Header};
 
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, executable, run};
 
 /// The memory that the process may use for itself, and that it may gain before the watch notices, in
 /// MiB. The machine may be busy.
@@ -20,7 +20,7 @@ const TWO: &str = "mdp module m x:[0..1] init 0; [a] x=0 -> (x'=1); [b] x=1 -> (
 /// Runs a command with a limit of 8 MiB, which it must report and keep.
 #[track_caller]
 fn ends_in_time(arguments: &str) -> Finished {
-    let mut command = meliora();
+    let mut command = executable();
     command.args(arguments.split_whitespace()).args(["--memory", "8MiB", "--json"]);
     let finished = Finished::of(&mut command).expect(4);
     assert!(finished.stderr.contains("`--memory` raises the limit"), "{arguments}: {}", finished.stderr);

@@ -1,9 +1,6 @@
 //! Strategies of `multi(…)` in files: `verify` computes their values again, `simulate --policy` measures them.
 
-use std::fs;
-
-use crate::cli::common::{Finished, Scratch, meliora};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 /// From 0, `a` leads to 1 or 2 and `b` to 3 or 4; 2 leads back at a cost; 5 and 6 form a cycle.
 const MODEL: &str = "mdp\nmodule m\n x : [0..6] init 0;\n\
@@ -15,7 +12,7 @@ const MODEL: &str = "mdp\nmodule m\n x : [0..6] init 0;\n\
 /// Writes the strategies of a property; returns them with the paths of the model and of the file.
 fn written(scratch: &Scratch, property: &str) -> (Json, [String; 2]) {
     let [model, out] = ["m.prism", "mix.json"].map(|name| scratch.show(name));
-    let mut command = meliora();
+    let mut command = executable();
     command.args(["reach", &model, "--property", property, "--policy", &out]);
     let found = Finished::of(&mut command);
     let text = fs::read_to_string(&out).unwrap_or_else(|e| panic!("{property}: {e} {}", found.stderr));
@@ -23,11 +20,11 @@ fn written(scratch: &Scratch, property: &str) -> (Json, [String; 2]) {
 }
 
 fn verified(model: &str, file: &str) -> Finished {
-    Finished::of(meliora().args(["verify", file, model, "--json"]))
+    Finished::of(executable().args(["verify", file, model, "--json"]))
 }
 
 fn simulated(model: &str, file: &str, runs: &str) -> Finished {
-    Finished::of(meliora().args(["simulate", model, "--policy", file, "--runs", runs, "--json"]))
+    Finished::of(executable().args(["simulate", model, "--policy", file, "--runs", runs, "--json"]))
 }
 
 /// The kinds of objectives, also as negations.
@@ -193,7 +190,7 @@ fn a_front_is_verified_and_not_simulated() {
     assert!(found["strategies"].as_array().unwrap().len() > 1, "{found}");
     let found = simulated(&model, &file, "10").expect(2);
     assert!(found.stderr.contains("have no shares"), "{}", found.stderr);
-    let found = Finished::of(meliora().args(["verify", &file, &model, "--strong"])).expect(2);
+    let found = Finished::of(executable().args(["verify", &file, &model, "--strong"])).expect(2);
     assert!(found.stderr.contains("have objectives of their own"), "{}", found.stderr);
 }
 

@@ -6,7 +6,7 @@ mod at;
 mod boxes;
 mod browser;
 mod choose;
-mod common;
+pub(crate) mod common;
 mod direction;
 mod dump_files;
 mod dumps;

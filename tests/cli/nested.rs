@@ -1,7 +1,6 @@
 //! Properties as expressions over states: nested operators, arithmetic, filters, references and players.
 
-use crate::cli::common::{Finished, Scratch, meliora};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 const CHAIN: &str = "dtmc\nmodule m\n x : [0..3] init 0;\n [] x=0 -> 1/2: (x'=1) + 1/2: (x'=2);\n\
      [] x=1 -> 1/2: (x'=2) + 1/2: (x'=0);\n [] x=2 -> 1/3: (x'=3) + 2/3: (x'=0);\nendmodule\n\
@@ -18,7 +17,7 @@ const GAME: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endp
 fn answers(model: &str, properties: &str, engine: &str) -> Vec<Json> {
     let scratch = Scratch::new(&[("m.prism", model), ("m.props", properties)]);
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    let mut command = meliora();
+    let mut command = executable();
     command.args(["reach", &model, "--properties", &file, "--engine", engine, "--json"]);
     let found = Finished::of(&mut command);
     let json: Json = serde_json::from_str(&found.stdout).unwrap_or_else(|e| panic!("{e}: {}", found.stderr));
@@ -333,7 +332,7 @@ fn rewards_may_be_lost_where_the_target_is_not_reached() {
         [a] x=0 -> (x'=1);\n [b] x=0 -> 3/5:(x'=2) + 2/5:(x'=3);\n [go] x=1 -> (x'=0);\n\
         [leave] x=1 -> 1/2:(x'=2) + 1/2:(x'=3);\nendmodule\nrewards \"r\" [go] true : 1; endrewards\n";
     let scratch = Scratch::new(&[("m.prism", game)]);
-    let mut command = meliora();
+    let mut command = executable();
     let property = "<<us>> R{\"r\"}max=? [ F0 x=2 ]";
     let found = Finished::of(command.args(["reach", &scratch.show("m.prism"), "--property", property]));
     assert!(found.expect(2).stderr.contains("`F0` is not supported for this game"));
@@ -392,7 +391,7 @@ fn a_property_without_an_end_leaves_the_others_their_share_of_the_time() {
     let scratch = Scratch::new(&[("m.prism", CHAIN), ("m.props", endless)]);
     let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
     let ask = |more: &[&str]| {
-        let mut command = meliora();
+        let mut command = executable();
         Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more)).expect(4)
     };
     let finished = ask(&["--timeout", "4s"]);
@@ -417,7 +416,7 @@ fn a_property_that_needs_too_much_memory_leaves_the_others() {
         ("m.props", "filter(sum, Pmax=? [ F x=3 ]);\nfilter(count, x<2&y<1&z<1);\n"),
     ]);
     let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
-    let mut command = meliora();
+    let mut command = executable();
     let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]));
     let found = found.expect(4).json()["properties"].clone();
     assert!(found[0]["reason"].as_str().is_some_and(|reason| reason.contains("states to list")), "{found}");
@@ -433,7 +432,7 @@ fn a_policy_of_a_property_that_is_not_one_operator_is_refused() {
         ("1 - Pmax=? [ F x=1 ]", "is that of one operator"),
         ("filter(max, Pmax=? [ F<=2 x=1 ], x<2)", "is that of one operator"),
     ] {
-        let mut command = meliora();
+        let mut command = executable();
         let found = Finished::of(command.args(["reach", &model, "--property", property, "--policy", &out]));
         assert!(found.expect(2).stderr.contains(words), "{property}");
     }
@@ -450,7 +449,7 @@ fn under_requirements_the_operators_of_a_property_are_about_the_strategies_that_
     let scratch = Scratch::new(&[("m.prism", model), ("m.props", file)]);
     let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
     let ask = |more: &[&str]| {
-        let mut command = meliora();
+        let mut command = executable();
         let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more));
         let json: Json = serde_json::from_str(&found.stdout).unwrap_or_else(|_| panic!("{}", found.stderr));
         json["properties"].as_array().unwrap().clone()

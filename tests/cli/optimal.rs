@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use super::common::{Finished, Scratch, meliora};
+use super::common::{Finished, Scratch, executable};
 
 const MODEL: &str = "mdp
 module walk
@@ -42,7 +42,7 @@ endmodule
 fn written(scratch: &Scratch, property: &str, option: &str) -> (Json, Json) {
     let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
     let asked = ["reach", &model, "--property", property, option, &out, "--json"];
-    let found = Finished::of(meliora().args(asked)).expect(0).json();
+    let found = Finished::of(executable().args(asked)).expect(0).json();
     let file = std::fs::read_to_string(scratch.path("policy.json")).unwrap();
     (found, serde_json::from_str(&file).unwrap())
 }
@@ -50,7 +50,7 @@ fn written(scratch: &Scratch, property: &str, option: &str) -> (Json, Json) {
 fn verified(scratch: &Scratch, file: &Json) -> Finished {
     std::fs::write(scratch.path("policy.json"), file.to_string()).unwrap();
     let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
-    Finished::of(meliora().args(["verify", &out, &model, "--json"]))
+    Finished::of(executable().args(["verify", &out, &model, "--json"]))
 }
 
 fn nodes(file: &Json) -> &Vec<Json> {
@@ -115,7 +115,8 @@ fn infinite_rewards_have_a_strategy_where_they_are_wanted() {
     let none = scratch.show("none.json");
     let model = scratch.show("m.prism");
     let unreached = "R{\"c\"}min=? [ F x=9 ]";
-    let found = Finished::of(meliora().args(["reach", &model, "--property", unreached, "--policy", &none]));
+    let found =
+        Finished::of(executable().args(["reach", &model, "--property", unreached, "--policy", &none]));
     assert!(found.expect(0).stderr.contains("no strategy is written"));
     assert!(!scratch.path("none.json").exists());
 }
@@ -150,7 +151,7 @@ fn both_sides_of_a_game_have_a_strategy() {
     }
     let model = scratch.show("m.prism");
     let of_rules = ["reach", &model, "--target", "x=3", "--opponent-policy", "-"];
-    assert!(Finished::of(meliora().args(of_rules)).expect(2).stderr.contains("one property of a game"));
+    assert!(Finished::of(executable().args(of_rules)).expect(2).stderr.contains("one property of a game"));
 }
 
 /// Changes a file into one that is false.
@@ -222,7 +223,7 @@ fn runs_measure_the_value_of_a_strategy() {
         written(&scratch, property, "--policy");
         let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
         let asked = ["simulate", &model, "--policy", &out, "--runs", "2000", "--json"];
-        let found = Finished::of(meliora().args(asked)).expect(0).json();
+        let found = Finished::of(executable().args(asked)).expect(0).json();
         let objective = &found["runs"]["objectives"][0];
         let [low, high] = [0, 1].map(|at| objective["interval"][at].as_f64().unwrap());
         let claimed = objective["claimed"].as_f64().unwrap();
@@ -230,7 +231,7 @@ fn runs_measure_the_value_of_a_strategy() {
     }
     written(&scratch, "R{\"c\"}max=? [ S ]", "--policy");
     let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
-    let found = Finished::of(meliora().args(["simulate", &model, "--policy", &out])).expect(2);
+    let found = Finished::of(executable().args(["simulate", &model, "--policy", &out])).expect(2);
     assert!(found.stderr.contains("`verify` computes the value"), "{}", found.stderr);
 }
 
@@ -241,7 +242,7 @@ fn strategies_have_other_forms() {
     let [model, table, drawing, text] = ["m.prism", "s.csv", "s.dot", "s.txt"].map(|name| scratch.show(name));
     let property = "R{\"c\"}min=? [ F \"far\" ]";
     let written = |file: &str| {
-        Finished::of(meliora().args(["reach", &model, "--property", property, "--policy", file]))
+        Finished::of(executable().args(["reach", &model, "--property", property, "--policy", file]))
     };
     written(&table).expect(0);
     let table = std::fs::read_to_string(scratch.path("s.csv")).unwrap();
@@ -255,20 +256,21 @@ fn strategies_have_other_forms() {
     {
         let folder = scratch.show(format);
         let asked = ["reach", &model, "--property", property, "--induced", &folder, "--format", format];
-        Finished::of(meliora().args(asked)).expect(0);
+        Finished::of(executable().args(asked)).expect(0);
         let chain = format!("{folder}/{file}");
         let same = format!("R{{\"{reward}\"}}=? [ F \"far\" ]");
-        let found =
-            Finished::of(meliora().args(["reach", &chain, "--property", &same, "--json"])).expect(0).json();
+        let found = Finished::of(executable().args(["reach", &chain, "--property", &same, "--json"]))
+            .expect(0)
+            .json();
         let value = found["properties"][0]["value"]["lower"].as_f64().unwrap();
         assert!((value - 1.5).abs() < 1e-6, "{format}: {value}");
     }
     let folder = scratch.show("tra");
     let asked = ["reach", &model, "--property", property, "--induced", &folder];
-    Finished::of(meliora().args(asked)).expect(0);
+    Finished::of(executable().args(asked)).expect(0);
     let rewards = std::fs::read_to_string(scratch.path("tra/strategy.1.srew")).unwrap();
     assert_eq!(rewards, "3 2\n0 1\n1 0.5\n");
     let multi =
         ["reach", &model, "--property", "multi(Pmax=? [ F x=1 ], P>=0 [ F x=4 ])", "--induced", &folder];
-    assert!(Finished::of(meliora().args(multi)).expect(2).stderr.contains("of one operator"));
+    assert!(Finished::of(executable().args(multi)).expect(2).stderr.contains("of one operator"));
 }

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::process::{Command, Stdio};
 
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, executable, run};
 
 const TOY: [&str; 3] = ["check", "models/toy.prism", "models/toy.pref"];
 
@@ -17,7 +17,7 @@ fn suspicious() -> Scratch {
 
 #[test]
 fn the_report_names_its_inputs() {
-    let finished = Finished::of(meliora().args(TOY)).expect(0);
+    let finished = Finished::of(executable().args(TOY)).expect(0);
     assert!(finished.stdout.contains("models/toy.prism"), "{}", finished.stdout);
     assert!(finished.stdout.contains("models/toy.pref"), "{}", finished.stdout);
     assert_eq!(finished.stderr, "");
@@ -55,7 +55,7 @@ fn the_option_v_tells_of_phases_on_stderr_only() {
 #[test]
 fn colours_are_used_where_they_are_wanted() {
     let escapes = |arguments: &[&str], no_color: bool| {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(TOY).args(arguments);
         if no_color {
             command.env("NO_COLOR", "1");
@@ -151,7 +151,7 @@ fn names_of_files_are_no_orders_to_a_terminal() {
         vec!["check", &missing, &preferences],
         vec!["query", &missing, "\u{1b}[2J"],
     ] {
-        let finished = Finished::of(meliora().args(&arguments));
+        let finished = Finished::of(executable().args(&arguments));
         for text in [&finished.stdout, &finished.stderr] {
             let hides =
                 |c| matches!(c, '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

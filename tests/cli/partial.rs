@@ -1,8 +1,6 @@
 //! `reach` computes the regions that a property needs, and prints the known results when a limit ends it.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 const REGIONS: [&str; 4] = ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
 
@@ -23,7 +21,7 @@ fn lists(bits: usize) -> String {
 fn reach(model: &str, options: &[&str], properties: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", model)]);
     let properties = properties.iter().flat_map(|property| ["--property", property]);
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(options).args(properties))
+    Finished::of(executable().args(["reach", &scratch.show("m.prism")]).args(options).args(properties))
 }
 
 /// The names of the regions that an entry has.
@@ -98,7 +96,7 @@ fn a_property_has_the_regions_that_it_needs() {
         assert_eq!(sizes.len(), 4, "{sizes:?}");
         if let Some(target) = formula.strip_prefix("F ") {
             let scratch = Scratch::new(&[("m.prism", model)]);
-            let whole = Finished::of(meliora().args([
+            let whole = Finished::of(executable().args([
                 "reach",
                 &scratch.show("m.prism"),
                 "--json",

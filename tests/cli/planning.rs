@@ -1,8 +1,6 @@
 //! Planning problems in PDDL on the command line.
 
-use serde_json::json;
-
-use crate::cli::common::{Scratch, meliora, run};
+use crate::common::prelude::*;
 
 const HOUSE: &str = "models/household.pddl models/household-flat.pddl";
 const RIVER: &str = "models/responders.pddl";
@@ -36,7 +34,7 @@ fn two_files_in_any_order_one_file_and_standard_input_are_one_model() {
     for (arguments, input) in
         [(format!("info - {problem} --json"), DOORS[0].1), (format!("info {domain} - --json"), DOORS[1].1)]
     {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(arguments.split(' ')).write_stdin(input);
         assert_eq!(
             crate::cli::common::Finished::of(&mut command).expect(0).json()["counts"],
@@ -59,7 +57,7 @@ fn atoms_are_written_as_calls_also_with_hyphens_and_as_labels() {
     let scratch = Scratch::new(&DOORS);
     let model = format!("{} {}", scratch.show("d.pddl"), scratch.show("p.pddl"));
     let states = |target: &str| {
-        let mut command = meliora();
+        let mut command = executable();
         command.arg("reach").args(model.split(' ')).args(["--json", "--target", target]);
         crate::cli::common::Finished::of(&mut command).expect(0).json()["target"].clone()
     };
@@ -69,7 +67,7 @@ fn atoms_are_written_as_calls_also_with_hyphens_and_as_labels() {
     assert_eq!(states("robot-at(l-1) & robot-at(l-2)"), "0");
     // It is well-formed, but never holds.
     assert_eq!(states("way(l-1,l-1)"), "0");
-    let mut command = meliora();
+    let mut command = executable();
     command.arg("reach").args(model.split(' ')).args(["--target", "robot-at(l-3)"]);
     crate::cli::common::Finished::of(&mut command).expect(3);
 }
@@ -162,7 +160,7 @@ fn dumps_of_planning_problems_are_verified_and_queried() {
     let dump = scratch.show("dump");
     run(&format!("export {HOUSE} models/household.pref --out {dump}")).expect(0);
     run(&format!("verify {dump} {HOUSE} models/household.pref")).expect(0);
-    let mut query = meliora();
+    let mut query = executable();
     query.args(["query", &dump, "almost-sure:fed", "--contains", "at=kitchen,closed|has|fed=has(tin)"]);
     crate::cli::common::Finished::of(&mut query).expect(0);
 }
@@ -280,7 +278,7 @@ fn states_are_named_by_atoms_with_and_without_the_model() {
     let scratch = Scratch::new(&[]);
     let dump = scratch.show("dump");
     let at = |text: &str| {
-        let mut command = meliora();
+        let mut command = executable();
         command.arg("strategy").args(HOUSE.split(' ')).args([
             "models/household.pref",
             "--json",
@@ -298,13 +296,13 @@ fn states_are_named_by_atoms_with_and_without_the_model() {
     run(&format!("export {HOUSE} models/household.pref --out {dump}")).expect(0);
     run(&format!("verify {dump} {HOUSE} models/household.pref")).expect(0);
     let count = |condition: &str| {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(["query", &dump, "reachable", "--json", "--where", condition]);
         crate::cli::common::Finished::of(&mut command).expect(0).json()["count"].clone()
     };
     assert_eq!(count("at(kitchen) & !clean(hall)"), count("at=1 & !clean(hall)"));
     assert_ne!(count("at(kitchen)"), count("true"));
-    let mut contains = meliora();
+    let mut contains = executable();
     contains.args(["query", &dump, "almost-sure:fed", "--contains", "at(kitchen),has(tin)"]);
     crate::cli::common::Finished::of(&mut contains).expect(0);
 }
@@ -322,7 +320,7 @@ fn no_plan_is_proved_by_the_dump_of_the_losing_region() {
         checked.contains("almost-sure:goal                 no wrong states, no missing states"),
         "{checked}"
     );
-    let mut query = meliora();
+    let mut query = executable();
     query.args(["query", &dump, "initial & !almost-sure:goal", "--json"]);
     assert_eq!(crate::cli::common::Finished::of(&mut query).expect(0).json()["count"], "1");
 }
@@ -345,7 +343,7 @@ fn rewards_costs_and_several_initial_states_answer_and_verify() {
     run(&format!("reach {file} --policy {policy}")).expect(0);
     run(&format!("verify {policy} {file}")).expect(0);
     let ask = |property: &str| {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(["reach", &file, "--json", "--property", property]);
         crate::cli::common::Finished::of(&mut command).expect(0).json()["properties"][0]["value"].clone()
     };

@@ -1,13 +1,12 @@
 //! Files of policies: the first rule that holds counts, names are exact, and written files are read back.
 
-use crate::cli::common::{Finished, Scratch, meliora};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 /// Checks a policy; returns what `verify` says.
 fn verified(model: [&str; 2], policy: &str, more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[model.into(), ("policy.txt", policy)]);
     let [model, policy] = [model[0], "policy.txt"].map(|name| scratch.show(name));
-    Finished::of(meliora().args(["verify", &policy, &model, "--json"]).args(more))
+    Finished::of(executable().args(["verify", &policy, &model, "--json"]).args(more))
 }
 
 /// Returns the fault of a policy.
@@ -22,9 +21,9 @@ fn read_back(model: [&str; 2], target: &str) -> [String; 2] {
         let scratch = Scratch::new(&[model.into()]);
         let [model, policy] = [model[0], file].map(|name| scratch.show(name));
         let reach = ["reach", &model, "--target", target, "--policy", &policy];
-        Finished::of(meliora().args(reach)).expect(0);
+        Finished::of(executable().args(reach)).expect(0);
         let verify = ["verify", &policy, &model, "--target", target, "--json"];
-        let report = Finished::of(meliora().args(verify)).expect(0).json();
+        let report = Finished::of(executable().args(verify)).expect(0).json();
         assert_eq!(report["accepted"], json!(true));
         std::fs::read_to_string(policy).unwrap()
     })
@@ -179,7 +178,7 @@ fn preferences_alone_are_no_goal() {
     assert!(refused.stderr.contains("this problem has no goal that must hold"), "{}", refused.stderr);
     verified(task, "If holds:\nExecute: one\n", &["--target", "\"a\""]).expect(0);
     let scratch = Scratch::new(&[task.into()]);
-    let asked = Finished::of(meliora().args(["reach", &scratch.show(task[0])])).expect(2);
+    let asked = Finished::of(executable().args(["reach", &scratch.show(task[0])])).expect(2);
     assert!(asked.stderr.contains("this problem has no goal that must hold"), "{}", asked.stderr);
 }
 

@@ -1,8 +1,6 @@
 //! The promise of the default: no step weakens the start, and gains are gains over the start.
 
-use serde_json::json;
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 /// At the start A and B are sure. The way to B loses A, then B, and may then gain A again.
 const LATERAL: &str = "mdp\nmodule m\n at : [0..6] init 0;\n [a] at=0 -> (at'=3);\n [c] at=0 -> (at'=4);\n [b] at=0 -> (at'=1);\n \

@@ -1,8 +1,6 @@
 //! Property files.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [a] x<3 -> 0.5: (x'=x+1) + 0.5: true;\n [b] x<2 -> true;\nendmodule\n";
 const PROPERTIES: &str = "// what is asked of it\nconst int last = 3;\nlabel \"end\" = x=last;\n\
@@ -12,7 +10,7 @@ const PROPERTIES: &str = "// what is asked of it\nconst int last = 3;\nlabel \"e
 fn asked(more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", PROPERTIES)]);
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    Finished::of(meliora().args(["reach", &model, "--properties", &file]).args(more))
+    Finished::of(executable().args(["reach", &model, "--properties", &file]).args(more))
 }
 
 #[test]
@@ -45,7 +43,7 @@ fn one_property_of_a_file_is_asked_by_its_name() {
         let scratch = Scratch::new(&[("m.prism", MODEL)]);
         let model = scratch.show("m.prism");
         let without =
-            Finished::of(meliora().args(["reach", &model, "--only", "sure"]).args(question)).expect(2);
+            Finished::of(executable().args(["reach", &model, "--only", "sure"]).args(question)).expect(2);
         assert!(without.stderr.contains("`--only NAME` needs `--properties FILE`"), "{}", without.stderr);
     }
 }
@@ -61,7 +59,7 @@ fn bounds_may_be_constants_of_the_model_or_the_file() {
     for (p, holds) in [("0.125", true), ("0.126", false)] {
         let given = format!("p={p}");
         let found =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json", "-c", &given]));
+            Finished::of(executable().args(["reach", &model, "--properties", &file, "--json", "-c", &given]));
         let found = found.expect(if holds { 0 } else { 1 }).json();
         let verdicts: Vec<&Json> =
             found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
@@ -74,11 +72,11 @@ fn bounds_may_be_constants_of_the_model_or_the_file() {
             (&json!(6), &json!(6))
         );
     }
-    let without = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(0).stdout;
+    let without = Finished::of(executable().args(["reach", &model, "--properties", &file])).expect(0).stdout;
     assert!(without.contains("line 4, column 7: the constant `p` has no value"), "{without}");
     let alone = ["reach", &model, "--property", "P<=half [ F<=3 x=3 ]"];
-    Finished::of(meliora().args(alone)).expect(0);
-    Finished::of(meliora().args([&alone[..], &["--stop-at-target"]].concat())).expect(0);
+    Finished::of(executable().args(alone)).expect(0);
+    Finished::of(executable().args([&alone[..], &["--stop-at-target"]].concat())).expect(0);
 }
 
 #[test]
@@ -98,16 +96,16 @@ fn a_model_without_an_initial_state_is_refused() {
             ["--properties", &props],
         ] {
             let asked = ["reach", &file, "--engine", engine].into_iter().chain(question);
-            let refused = Finished::of(meliora().args(asked)).expect(3).stderr;
+            let refused = Finished::of(executable().args(asked)).expect(3).stderr;
             assert!(refused.contains("the model has no initial state"), "{refused}");
             assert!(refused.contains("m.prism:7:6") && refused.contains("init x>3 endinit"), "{refused}");
         }
     }
     for command in ["check", "strategy", "values", "simulate", "compare", "report"] {
-        let refused = Finished::of(meliora().args([command, &file, &prefs])).expect(3).stderr;
+        let refused = Finished::of(executable().args([command, &file, &prefs])).expect(3).stderr;
         assert!(refused.contains("the model has no initial state"), "{command}: {refused}");
     }
-    Finished::of(meliora().args(["export", &file, &prefs, "--out", &out])).expect(3);
+    Finished::of(executable().args(["export", &file, &prefs, "--out", &out])).expect(3);
 }
 
 #[test]
@@ -118,7 +116,7 @@ fn constants_that_a_file_leaves_open_are_given_beside_those_of_the_model() {
     let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
     let ask = |given: &str| {
         let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json", "-c", given]))
+        Finished::of(executable().args(["reach", &model, "--properties", &file, "--json", "-c", given]))
     };
     let found = ask("n=0,last=3,p=1").expect(1).json();
     let holds: Vec<&Json> = found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
@@ -149,7 +147,7 @@ fn files_in_place_of_property_files_are_named() {
     ]);
     let refused = |file: &str| {
         let (model, file) = (scratch.show("m.prism"), scratch.show(file));
-        Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr
+        Finished::of(executable().args(["reach", &model, "--properties", &file])).expect(3).stderr
     };
     let jani = refused("m.jani");
     assert!(jani.contains("this is a JANI model, not a list of properties"), "{jani}");
@@ -164,7 +162,7 @@ fn a_constant_that_the_model_declares_is_refused_at_its_place() {
     let scratch = Scratch::new(&[("m.prism", &model), ("m.props", "P>0 [ F x=n ];\nconst int n;\n")]);
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     let ask = ["reach", &model, "--properties", &file, "-c", "n=1"];
-    let refused = Finished::of(meliora().args(ask)).expect(3).stderr;
+    let refused = Finished::of(executable().args(ask)).expect(3).stderr;
     assert!(refused.contains("m.props:2:11") && refused.contains("`n` is declared already"), "{refused}");
     assert!(refused.contains("remove this declaration"), "{refused}");
 }
@@ -172,13 +170,13 @@ fn a_constant_that_the_model_declares_is_refused_at_its_place() {
 #[test]
 fn a_question_is_asked_for() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    let missing = Finished::of(meliora().args(["reach", &scratch.show("m.prism")])).expect(2).stderr;
+    let missing = Finished::of(executable().args(["reach", &scratch.show("m.prism")])).expect(2).stderr;
     assert!(
         missing.contains("`--property PROPERTY`") && missing.contains("names no properties"),
         "{missing}"
     );
     let none =
-        Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--all-properties"])).expect(2);
+        Finished::of(executable().args(["reach", &scratch.show("m.prism"), "--all-properties"])).expect(2);
     assert!(none.stderr.contains("names no properties"), "{}", none.stderr);
 }
 
@@ -191,7 +189,7 @@ fn an_open_constant_leaves_the_properties_that_do_not_need_it() {
     let ask = |more: &[&str]| {
         let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
         let found =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]).args(more));
+            Finished::of(executable().args(["reach", &model, "--properties", &file, "--json"]).args(more));
         found.expect(1).json()["properties"].as_array().unwrap().clone()
     };
     let found = ask(&[]);
@@ -213,7 +211,7 @@ fn a_file_in_which_nothing_can_be_read_ends_with_status_3() {
     let status = |file: &str| {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", file)]);
         let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let found = Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]));
+        let found = Finished::of(executable().args(["reach", &model, "--properties", &file, "--json"]));
         let reasons = found.json()["properties"]
             .as_array()
             .unwrap()
@@ -235,7 +233,7 @@ fn a_file_in_which_nothing_can_be_read_ends_with_status_3() {
     ]);
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     let sweep = ["reach", &model, "--properties", &file, "-c", "n=1:2", "--csv", "-"];
-    let rows = Finished::of(meliora().args(sweep)).expect(3).stdout;
+    let rows = Finished::of(executable().args(sweep)).expect(3).stdout;
     assert!(
         rows.lines().skip(1).all(|row| row.contains(",not answered,") && row.ends_with(",error")),
         "{rows}"
@@ -248,7 +246,7 @@ fn a_wrong_reward_leaves_the_other_properties_of_a_file() {
     let file = "\"cost\": R{\"r\"}min=? [ F x=3 ];\n\"end\": Pmax=? [ F x=3 ];\n";
     let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    let found = Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]));
+    let found = Finished::of(executable().args(["reach", &model, "--properties", &file, "--json"]));
     let found = found.expect(0).json();
     let reason = found["properties"][0]["reason"].as_str().unwrap();
     assert!(reason.contains("earns -1 in the state x=1"), "{reason}");
@@ -270,13 +268,14 @@ fn a_name_of_the_model_is_not_defined_again() {
         let file = format!("{definition}\nPmax=? [ F \"one\" ];\n");
         let scratch = Scratch::new(&[("m.prism", &model), ("m.props", &file)]);
         let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let refused = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr;
+        let refused =
+            Finished::of(executable().args(["reach", &model, "--properties", &file])).expect(3).stderr;
         assert!(refused.contains(place) && refused.contains(first), "{definition}: {refused}");
     }
     let unread =
         Scratch::new(&[("m.prism", MODEL), ("m.props", "label \"init\" = x=2;\nP>0 [ F \"init\" ];\n")]);
     let (model, file) = (unread.show("m.prism"), unread.show("m.props"));
-    let refused = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr;
+    let refused = Finished::of(executable().args(["reach", &model, "--properties", &file])).expect(3).stderr;
     assert!(refused.contains("init"), "{refused}");
 }
 
@@ -286,8 +285,9 @@ fn a_file_without_a_property_is_refused() {
     for text in ["", "// nothing\n", "const int K = 3;\nlabel \"far\" = x=K;\n"] {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", text)]);
         let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let refused =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"])).expect(3).json();
+        let refused = Finished::of(executable().args(["reach", &model, "--properties", &file, "--json"]))
+            .expect(3)
+            .json();
         assert_eq!(
             (&refused["message"], &refused["file"]),
             (&json!("the file has no property"), &json!(file))
@@ -302,7 +302,8 @@ fn a_value_for_a_constant_that_the_file_defines_is_refused_with_its_place() {
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     for constants in ["K=2", "K=1:3"] {
         let refused =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "-c", constants])).expect(3);
+            Finished::of(executable().args(["reach", &model, "--properties", &file, "-c", constants]))
+                .expect(3);
         assert_eq!(refused.stderr.matches("error").count(), 1, "{}", refused.stderr);
         let message = format!("the constant `K` already has a value at {file}:1:11");
         assert!(refused.stderr.contains(&message) && refused.stdout.is_empty(), "{}", refused.stderr);
@@ -315,7 +316,7 @@ fn an_unknown_reward_structure_is_told_with_those_that_there_are() {
     let named = |rewards: &str| {
         let scratch = Scratch::new(&[("m.prism", &format!("{MODEL}{rewards}"))]);
         let asked = ["reach", &scratch.show("m.prism"), "--property", "R{\"x\"}max=? [ F x=3 ]"];
-        Finished::of(meliora().args(asked)).expect(3).stderr
+        Finished::of(executable().args(asked)).expect(3).stderr
     };
     assert!(named("").contains("the model has no reward structure"));
     let unnamed = named("rewards true : 1; endrewards");

@@ -1,9 +1,7 @@
 //! The present state in `check` and `strategy`: sure and possible objectives, advice, and the cycles behind
 //! unbounded ranks.
 
-use serde_json::{Value, json};
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 /// From 0, B is possible and A is sure; from 1, which is initial too, nothing is sure.
 const SPLIT: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [a] x=0 -> 0.5: (x'=2) + 0.5: (x'=3);\n\
@@ -29,8 +27,7 @@ fn check_says_which_objectives_are_sure_and_possible_in_the_initial_states() {
     let (_scratch, files) = scratch(SPLIT, SPLIT_PREFS);
     for engine in ["symbolic", "explicit"] {
         let report = run(&format!("check {files} --engine {engine} --json -q")).expect(0).json();
-        let shares =
-            |entry: &Value| (entry["name"].clone(), entry["sure"].clone(), entry["possible"].clone());
+        let shares = |entry: &Json| (entry["name"].clone(), entry["sure"].clone(), entry["possible"].clone());
         let found: Vec<_> = report["objectives"].as_array().unwrap().iter().map(shares).collect();
         let expected = [("A", "all", "all"), ("B", "none", "some"), ("C", "none", "none")];
         let expected = expected.map(|(name, sure, possible)| (json!(name), json!(sure), json!(possible)));
@@ -74,7 +71,7 @@ fn an_unbounded_rank_is_explained_by_a_cycle_that_improves() {
     let (scratch, files) = scratch(AGAIN, AGAIN_PREFS);
     let files = format!("{files} --safety action");
     let state = &run(&format!("strategy {files} --kind spi --json")).expect(0).json()["states"][0];
-    let actions: Vec<&Value> =
+    let actions: Vec<&Json> =
         state["cycle"]["steps"].as_array().unwrap().iter().map(|step| &step["action"]).collect();
     assert_eq!(actions, ["try", "back", "home"]);
     assert_eq!(state["cycle"]["repeats_from"], 0);

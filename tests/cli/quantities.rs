@@ -1,8 +1,6 @@
 //! Probabilities and expected rewards: `reach --property 'Pmax=? [ … ]'` and `R{"name"}min=? [ F … ]`.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 /// Tries `a` until it succeeds, or gives up by `b`. In 3 nothing happens any more.
 const MODEL: &str = "mdp
@@ -24,7 +22,7 @@ const MODEL: &str = "mdp
 
 fn ask(text: &str, more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", text)]);
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
+    Finished::of(executable().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
 }
 
 /// Returns the bounds of a property under both engines.
@@ -132,7 +130,7 @@ fn wrong_rewards_are_errors_at_their_place() {
 #[test]
 fn the_text_says_the_value() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    let mut command = meliora();
+    let mut command = executable();
     let shown =
         Finished::of(command.args(["reach", &scratch.show("m.prism"), "--property", "Rmin=? [ F x=0 ]"]));
     assert!(shown.expect(0).stdout.contains("The value in the initial states: 0"));
@@ -212,7 +210,7 @@ fn strategies_of_several_objectives_are_written_and_attain_the_answer() {
     let (model, file) = (scratch.show("m.prism"), scratch.show("mix.json"));
     let ask = |property: &str| {
         let _ = std::fs::remove_file(scratch.path("mix.json"));
-        let found = Finished::of(meliora().args([
+        let found = Finished::of(executable().args([
             "reach",
             &model,
             "--property",
@@ -253,7 +251,7 @@ fn strategies_of_several_objectives_are_written_and_attain_the_answer() {
     let (found, none) = ask("multi(P>=0.9 [ F x=2 ], P>=0.2 [ F x=1 ])");
     assert!(found.status == 1 && none.is_none(), "{found:?}");
     assert!(found.stderr.contains("none satisfies the bounds"), "{}", found.stderr);
-    let text = Finished::of(meliora().args([
+    let text = Finished::of(executable().args([
         "reach",
         &model,
         "--property",

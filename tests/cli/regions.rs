@@ -1,14 +1,12 @@
 //! `reach --out`: the regions of questions as a dump, which `query` reads and `verify` refuses.
 
-use serde_json::{Value, json};
+use crate::common::prelude::*;
 
-use crate::cli::common::{Scratch, run};
-
-fn count(dump: &str, region: &str) -> Value {
+fn count(dump: &str, region: &str) -> Json {
     run(&format!("query {dump} {region} --json")).expect(0).json()["count"].clone()
 }
 
-fn manifest(scratch: &Scratch, dump: &str) -> Value {
+fn manifest(scratch: &Scratch, dump: &str) -> Json {
     let text = std::fs::read_to_string(scratch.path(dump).join("manifest.json")).unwrap();
     serde_json::from_str(&text).unwrap()
 }
@@ -130,7 +128,7 @@ fn regions_of_games_have_the_states_of_the_players_and_the_coalition_of_each_que
         let asked = run(&format!("reach models/pursuit.prism -c N=4 {more} --out {out} --json"));
         assert!([0, 1].contains(&asked.status), "{asked:?}");
         let text = std::fs::read_to_string(scratch.path("dump").join("manifest.json")).unwrap();
-        let manifest: Value = serde_json::from_str(&text).unwrap();
+        let manifest: Json = serde_json::from_str(&text).unwrap();
         let questions = manifest["questions"].as_array().unwrap();
         let own = questions.iter().map(|question| question["coalition"].clone()).collect::<Vec<_>>();
         (manifest["coalition"].clone(), own)
@@ -164,7 +162,7 @@ fn conditions_over_states_have_the_states_that_satisfy_them() {
     let initial = count(&out, "initial&!satisfied:2");
     assert_eq!(*holds, json!(initial == json!("0")));
     assert_eq!(count(&out, "pmax_one:4"), report["properties"][3]["pmax_one"]);
-    let regions: Vec<Value> = manifest(&scratch, "dump")["questions"]
+    let regions: Vec<Json> = manifest(&scratch, "dump")["questions"]
         .as_array()
         .unwrap()
         .iter()

@@ -1,15 +1,12 @@
 //! The contents of the report page and of the pictures.
 
-use std::fs;
-
-use serde_json::Value;
-
-use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+use crate::cli::common::{LONG, LONG_PREFS};
+use crate::common::prelude::*;
 
 const ROBOT: &str = "report models/robot5x5.prism models/robot5x5.pref";
 
 /// The data that the page's script reads.
-pub(crate) fn data(page: &str) -> Value {
+pub(crate) fn data(page: &str) -> Json {
     let from = page.find("<script id=\"data\"").unwrap();
     let text = &page[from..];
     let text = &text[text.find('>').unwrap() + 1..text.find("</script>").unwrap()];
@@ -112,7 +109,7 @@ fn names_of_files_cannot_become_parts_of_the_page() {
     let model = scratch.path("<script>x&.prism");
     fs::copy("models/robot5x5.prism", &model).unwrap();
     let arguments = ["report", model.to_str().unwrap(), "models/robot5x5.pref"];
-    let page = Finished::of(meliora().args(arguments)).expect(0).stdout;
+    let page = Finished::of(executable().args(arguments)).expect(0).stdout;
     assert!(page.contains("&lt;script&gt;x&amp;.prism") && !page.contains("<script>x"));
 }
 
@@ -164,9 +161,13 @@ fn a_page_that_was_not_finished_is_not_there() {
 
 #[test]
 fn the_state_shown_first_can_be_chosen() {
-    let found =
-        Finished::of(meliora().args(ROBOT.split(' ')).args(["--scope", "all", "--at", "r=4,c=1,b=3,f=true"]))
-            .expect(0);
+    let found = Finished::of(executable().args(ROBOT.split(' ')).args([
+        "--scope",
+        "all",
+        "--at",
+        "r=4,c=1,b=3,f=true",
+    ]))
+    .expect(0);
     let data = data(&found.stdout);
     assert_eq!(data["at"], serde_json::json!([4, 1, 3, 0, 0, 1, 0]));
     assert_eq!(data["play"][0], data["at"]);

@@ -1,8 +1,6 @@
 //! `reach --require`: questions about the strategies that keep requirements.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 /// `quick` reaches the goal surely, but may step onto ice first; `safe` succeeds half of the time.
 const MODEL: &str = "mdp\nmodule m\n x : [0..6] init START;\n\
@@ -16,7 +14,7 @@ fn asked(start: &str, more: &[&str]) -> Finished {
         Scratch::new(&[("m.prism", &model), ("m.props", "Pmax>=1 [ F x=4 ];\nPmax=? [ F x=4 ];\n")]);
     let file = scratch.show("m.props");
     let more = more.iter().map(|word| if *word == "FILE" { &file } else { *word });
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
+    Finished::of(executable().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
 }
 
 /// Returns whether bounds contain 1/2 and little more.
@@ -85,7 +83,7 @@ fn rewards_are_checked_in_the_model_with_the_monitors_of_requirements() {
         let ask = |name: &str, status| {
             let more = ["--property", "R{\"cost\"}min=? [ F x=4 ]", "--require", "G (x=0 => X X x!=1)"];
             let options = ["reach", &scratch.show(name), "--json", "--engine", engine];
-            Finished::of(meliora().args(options).args(more)).expect(status).json()
+            Finished::of(executable().args(options).args(more)).expect(status).json()
         };
         let found = ask("right.prism", 0);
         // Taking `b` each time costs 1 per step.

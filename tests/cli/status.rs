@@ -1,6 +1,6 @@
 //! Exit statuses: the contract that scripts rely on.
 
-use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, executable, run};
 
 #[test]
 fn work_that_is_done_ends_with_0() {
@@ -157,7 +157,7 @@ fn the_explicit_engine_says_how_many_states_fitted_its_memory() {
 #[test]
 fn a_property_is_answered() {
     let answers = |property: &str, holds: bool| {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(["reach", "models/toy.prism", "--json", "--property", property]);
         assert_eq!(Finished::of(&mut command).expect(i32::from(!holds)).json()["holds"], holds);
     };

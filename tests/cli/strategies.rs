@@ -1,12 +1,10 @@
 //! Strategies and runs as tables, graphs and reasons; the paper's text on its robot.
 
-use serde_json::{Value, json};
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
 
-fn permitted(state: &Value) -> Vec<&str> {
+fn permitted(state: &Json) -> Vec<&str> {
     let actions = state["actions"].as_array().unwrap().iter();
     actions.filter(|a| a["permitted"] == true).map(|a| a["name"].as_str().unwrap()).collect()
 }
@@ -139,7 +137,7 @@ fn wrong_states_are_shown_where_they_are_wrong() {
 }
 
 /// Returns a report without the fields that may differ from run to run.
-fn lasting(arguments: &str) -> Value {
+fn lasting(arguments: &str) -> Json {
     let mut report = run(arguments).expect(0).json();
     let object = report.as_object_mut().unwrap();
     for key in ["engine", "time", "memory"] {
@@ -192,12 +190,12 @@ fn an_objective_is_achieved_from_where_it_is_sure() {
     let toy = "models/toy.prism models/toy.pref --kind achieve --objective First";
     let start = &run(&format!("strategy {toy} --json")).expect(0).json()["states"][0];
     assert_eq!((&start["pursues"], &start["progress_action"]), (&json!("First"), &json!("a")));
-    let verdicts: Vec<&Value> = start["actions"].as_array().unwrap().iter().map(|a| &a["verdict"]).collect();
+    let verdicts: Vec<&Json> = start["actions"].as_array().unwrap().iter().map(|a| &a["verdict"]).collect();
     assert_eq!(verdicts, ["achieves", "forfeits", "forfeits"]);
     let there = &run(&format!("strategy {toy} --at s=5 --json")).expect(0).json()["states"][0];
-    assert_eq!((&there["achieved"], &there["progress_action"]), (&json!(["First"]), &Value::Null));
+    assert_eq!((&there["achieved"], &there["progress_action"]), (&json!(["First"]), &Json::Null));
     let never = &run(&format!("strategy {toy} --at s=3 --json")).expect(0).json()["states"][0];
-    assert_eq!((&never["pursues"], &never["actions"][0]["verdict"]), (&Value::Null, &json!("unachievable")));
+    assert_eq!((&never["pursues"], &never["actions"][0]["verdict"]), (&Json::Null, &json!("unachievable")));
 }
 
 #[test]
@@ -285,7 +283,7 @@ fn a_plan_that_must_choose_commits_and_is_not_said_to_weaken() {
     assert!(text.contains("commits to C, gives up D\n") && !text.contains("weakens:"), "{text}");
     let achieve = run(&format!("simulate {cross} --kind achieve --objective C --json")).expect(0).json();
     let runs = &achieve["plays"][0];
-    assert_eq!((&runs["commits"], &runs["weakened_step"]), (&Value::Null, &json!(1000)));
+    assert_eq!((&runs["commits"], &runs["weakened_step"]), (&Json::Null, &json!(1000)));
 }
 
 #[test]

@@ -1,8 +1,6 @@
 //! Sweeps over constants: rows, files, parts, resumed runs.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 const MODEL: &str = "mdp\nconst int N;\nconst int K;\nmodule m\n x : [0..N] init 0;\n\
     [a] x<N -> 0.5: (x'=x+1) + 0.5: (x'=max(x-K,0));\n [b] x>0 -> (x'=0);\nendmodule\n";
@@ -14,7 +12,7 @@ fn scratch() -> Scratch {
 
 fn sweep(scratch: &Scratch, arguments: &[&str]) -> Finished {
     let (model, prefs) = (scratch.show("m.prism"), scratch.show("m.pref"));
-    Finished::of(meliora().args(["check", &model, &prefs]).args(arguments))
+    Finished::of(executable().args(["check", &model, &prefs]).args(arguments))
 }
 
 /// The rows of a file without the columns that differ from run to run.
@@ -182,11 +180,11 @@ fn reach_and_compare_sweep_too() {
     let scratch = scratch();
     let (model, prefs, csv) = (scratch.show("m.prism"), scratch.show("m.pref"), scratch.show("r.csv"));
     let reach = ["reach", &model, "--target", "x=N", "-c", "N=1:2,K=1", "--csv", &csv];
-    Finished::of(meliora().args(reach)).expect(0);
+    Finished::of(executable().args(reach)).expect(0);
     assert_eq!(rows(&scratch, "r.csv")[0].split(',').nth(6), Some("pmax_one"));
     assert_eq!(rows(&scratch, "r.csv").len(), 3);
     let compare = ["compare", &model, &prefs, "-c", "N=1:2", "-c", "K=1", "--json"];
-    let found = Finished::of(meliora().args(compare)).expect(0).json();
+    let found = Finished::of(executable().args(compare)).expect(0).json();
     assert_eq!(found["runs"][1]["result"]["equal"], true);
 }
 
@@ -204,7 +202,7 @@ fn sweeps_of_games_check_for_each_coalition() {
     let csv = scratch.show("all.csv");
     let check = |more: &[&str]| {
         let fixed = ["check", "models/pursuit.prism", "models/pursuit.pref", "--coalition"];
-        Finished::of(meliora().args([&fixed, more].concat()))
+        Finished::of(executable().args([&fixed, more].concat()))
     };
     let swept = |coalition: &str| {
         check(&[coalition, "-c", "N=3:5", "--jobs", "2", "--csv", &csv]).expect(0);
@@ -244,7 +242,7 @@ fn sweeps_of_games_answer_properties_of_coalitions() {
 }
 
 fn reach(scratch: &Scratch, arguments: &[&str]) -> Finished {
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(arguments))
+    Finished::of(executable().args(["reach", &scratch.show("m.prism")]).args(arguments))
 }
 
 /// The cells of the columns with these names, row by row.
@@ -367,7 +365,7 @@ fn the_status_of_a_resumed_sweep_is_that_of_all_rows() {
     let file = scratch.show("all.csv");
     let sweep = |property: &str, range: &str, more: &str| {
         let arguments = ["reach", "models/chain.prism", "--property", property, "-c", range, "--csv", &file];
-        Finished::of(meliora().args(arguments).args(more.split_whitespace()))
+        Finished::of(executable().args(arguments).args(more.split_whitespace()))
     };
     let (holds, fails) = ("P>=1 [ true U true ]", "P>=1 [ false U false ]");
     sweep(fails, "N=2:3", "").expect(1);

@@ -1,12 +1,9 @@
 //! Whole strategies and runs as tables that other programs can follow.
 
-use std::collections::BTreeMap;
 use std::io::Read;
 use std::process::Stdio;
 
-use serde_json::Value;
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 type Row = BTreeMap<String, String>;
 
@@ -151,7 +148,7 @@ fn simulate_writes_its_runs_step_by_step() {
         assert!((0..).zip(run).all(|(step, row)| row["step"] == step.to_string()), "{run:?}");
         assert_eq!((&*run[0]["r"], &*run[0]["c"], &*run[0]["b"], &*run[0]["action"]), ("2", "2", "8", ""));
     }
-    let trace: &Value = &play["trace"];
+    let trace: &Json = &play["trace"];
     let shown = &runs[&trace["play"].as_u64().unwrap()];
     for (turn, row) in trace["turns"].as_array().unwrap().iter().zip(&shown[1..]) {
         assert_eq!(
@@ -177,7 +174,7 @@ fn a_table_that_ends_early_is_not_written() {
     let model = format!("{} {} -c N=40", scratch.show("m.prism"), scratch.show("m.pref"));
     let command =
         format!("simulate {model} --kind spi --runs 100000000 --timeout 1s --csv {}", out.display());
-    let ended = Finished::of(meliora().args(command.split_whitespace()));
+    let ended = Finished::of(executable().args(command.split_whitespace()));
     assert_eq!((ended.status, std::fs::read_to_string(&out).unwrap().as_str()), (4, "old"), "{ended:?}");
     assert_eq!(std::fs::read_dir(scratch.path("")).unwrap().count(), 3);
 }

@@ -1,10 +1,6 @@
 //! Temporal properties and objectives.
 
-use std::fs;
-
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// Two places of which one is left for good, and a coin.
 const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [go] x=0 -> 0.5: (x'=1) + 0.5: (x'=2);\n\
@@ -12,7 +8,7 @@ const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [go] x=0 -> 0.5: (x'=1
 
 fn reach(arguments: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(arguments))
+    Finished::of(executable().args(["reach", &scratch.show("m.prism")]).args(arguments))
 }
 
 #[test]
@@ -56,7 +52,7 @@ fn a_property_file_has_temporal_formulas_too() {
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", properties)]);
     let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     for engine in ["symbolic", "explicit"] {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(["reach", &model, "--properties", &file, "--engine", engine, "--json"]);
         let asked = Finished::of(&mut command).expect(1).json();
         assert_eq!(asked["properties"][0]["holds"], json!(true));
@@ -139,7 +135,7 @@ fn history_play_is_memory_written_by_hand() {
                 let (model, preferences) = (scratch.show(model), scratch.show(preferences));
                 let arguments =
                     ["check", &model, &preferences, "--safety", safety, "--engine", engine, "--json"];
-                Finished::of(meliora().args(arguments)).expect(0).json()
+                Finished::of(executable().args(arguments)).expect(0).json()
             };
             let (hand, play) = (check("memory.prism", "hand.pref"), check("plain.prism", "play.pref"));
             assert_eq!(play["history"], json!("play"));
@@ -161,7 +157,7 @@ fn both_engines_agree_on_the_temporal_models() {
         for safety in ["action", "transition", "prefix"] {
             for scope in ["reachable", "all"] {
                 let files = [format!("models/{model}.prism"), format!("models/{model}.pref")];
-                let mut command = meliora();
+                let mut command = executable();
                 command.args(["compare", &files[0], &files[1], "--safety", safety, "--scope", scope]);
                 if !constants.is_empty() {
                     command.args(["--const", constants]);
@@ -175,13 +171,13 @@ fn both_engines_agree_on_the_temporal_models() {
 #[test]
 fn states_of_monitors_are_named_in_words() {
     let shown =
-        Finished::of(meliora().args(["check", "models/courier.prism", "models/courier.pref"])).expect(0);
+        Finished::of(executable().args(["check", "models/courier.prism", "models/courier.pref"])).expect(0);
     assert!(shown.stdout.contains("Deliver=waiting for key"), "{}", shown.stdout);
     let at = "place=0,Deliver=\"waiting for door\"";
     let arguments = ["strategy", "models/courier.prism", "models/courier.pref", "--kind", "spi", "--at", at];
-    let shown = Finished::of(meliora().args(arguments)).expect(0);
+    let shown = Finished::of(executable().args(arguments)).expect(0);
     assert!(shown.stdout.contains("Deliver=waiting for door"), "{}", shown.stdout);
-    let drawn = Finished::of(meliora().args(arguments).arg("--dot")).expect(0);
+    let drawn = Finished::of(executable().args(arguments).arg("--dot")).expect(0);
     assert!(drawn.stdout.contains("Deliver=waiting for door, Clean=kept so far"), "{}", drawn.stdout);
 }
 
@@ -197,7 +193,7 @@ fn many_leaves_are_many_small_monitors() {
     ] {
         let property = format!("Pmax>=1 [ {property} ]");
         let arguments = ["reach", &scratch.show("m.prism"), "--property", &property, "--json"];
-        let found = Finished::of(meliora().args(arguments)).expect(status).json();
+        let found = Finished::of(executable().args(arguments)).expect(status).json();
         assert_eq!(found["pmax_one"], json!(sure), "{property}");
     }
 }
@@ -205,7 +201,7 @@ fn many_leaves_are_many_small_monitors() {
 #[test]
 fn info_shows_monitors() {
     let arguments = ["info", "models/courier.prism", "--preferences", "models/courier.pref"];
-    let shown = Finished::of(meliora().args(arguments)).expect(0).stdout;
+    let shown = Finished::of(executable().args(arguments)).expect(0).stdout;
     assert!(shown.contains("{waiting for key, waiting for door, done}"), "{shown}");
 }
 
@@ -221,7 +217,7 @@ fn history_state_takes_reachabilities_alone_and_is_said_once() {
     ] {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("p.pref", text)]);
         let (model, preferences) = (scratch.show("m.prism"), scratch.show("p.pref"));
-        let found = Finished::of(meliora().args(["check", &model, &preferences])).expect(3);
+        let found = Finished::of(executable().args(["check", &model, &preferences])).expect(3);
         assert!(found.stderr.contains(word), "{text}: {}", found.stderr);
     }
 }
@@ -231,25 +227,25 @@ fn a_dump_of_whole_plays_is_verified() {
     let other = fs::read_to_string("models/courier.pref").unwrap().replace("G !", "F ");
     let scratch = Scratch::new(&[("other.pref", &other)]);
     let (dump, files) = (scratch.show("dump"), ["models/courier.prism", "models/courier.pref"]);
-    Finished::of(meliora().args(["export", files[0], files[1], "--out", &dump])).expect(0);
+    Finished::of(executable().args(["export", files[0], files[1], "--out", &dump])).expect(0);
     for (region, count) in [("almost-sure:Clean", "14"), ("secured:Clean:1 & target:Clean", "6")] {
-        let counted = Finished::of(meliora().args(["query", &dump, region, "--count"])).expect(0);
+        let counted = Finished::of(executable().args(["query", &dump, region, "--count"])).expect(0);
         assert!(counted.stdout.contains(count), "{region}: {}", counted.stdout);
     }
-    let verified = Finished::of(meliora().args(["verify", &dump, files[0], files[1]])).expect(0);
+    let verified = Finished::of(executable().args(["verify", &dump, files[0], files[1]])).expect(0);
     assert!(verified.stdout.contains("secured:Clean:1"), "{}", verified.stdout);
-    Finished::of(meliora().args(["verify", &dump, files[0], &scratch.show("other.pref")])).expect(1);
+    Finished::of(executable().args(["verify", &dump, files[0], &scratch.show("other.pref")])).expect(1);
 }
 
 #[test]
 fn states_are_read_as_they_are_printed() {
     let strategy = ["strategy", "models/courier.prism", "models/courier.pref", "--kind", "spi", "--at"];
-    let shown = Finished::of(meliora().args(strategy).arg("place=0,Deliver=waiting for door")).expect(0);
+    let shown = Finished::of(executable().args(strategy).arg("place=0,Deliver=waiting for door")).expect(0);
     let line = shown.stdout.lines().find_map(|line| line.strip_prefix("State ")).expect("a state is shown");
     assert!(line.contains("Deliver=waiting for door,Clean=kept so far"), "{line}");
-    let again = Finished::of(meliora().args(strategy).arg(line)).expect(0);
+    let again = Finished::of(executable().args(strategy).arg(line)).expect(0);
     assert!(again.stdout.contains(line), "{}", again.stdout);
-    let error = Finished::of(meliora().args(strategy).arg("Deliver=\"finished\"")).expect(3).stderr;
+    let error = Finished::of(executable().args(strategy).arg("Deliver=\"finished\"")).expect(3).stderr;
     assert!(error.contains("`Deliver` has no value `finished`"), "{error}");
     assert!(error.contains("its values are \"waiting for key\", \"waiting for door\""), "{error}");
 }
@@ -260,7 +256,7 @@ fn a_state_that_no_path_reaches_is_refused_with_advice_on_monitors() {
         let at = "place=2,Deliver=done,Clean=kept so far";
         let arguments =
             ["strategy", "models/courier.prism", "models/courier.pref", "--scope", scope, "--at", at];
-        let error = Finished::of(meliora().args(arguments)).expect(3).stderr;
+        let error = Finished::of(executable().args(arguments)).expect(3).stderr;
         assert!(error.contains("no path reaches the state place=2,sky=0,"), "{error}");
         assert!(error.contains("leave out `Deliver`, `Clean`"), "{error}");
         assert!(!error.contains("--scope all"), "{error}");
@@ -270,7 +266,7 @@ fn a_state_that_no_path_reaches_is_refused_with_advice_on_monitors() {
     let scratch =
         Scratch::new(&[("m.prism", model), ("m.pref", "objective A = G x<2;\nobjective B = F x=1;\n")]);
     let strategy = ["strategy", &scratch.show("m.prism"), &scratch.show("m.pref"), "--at", "x=3"];
-    let error = Finished::of(meliora().args(strategy)).expect(3).stderr;
+    let error = Finished::of(executable().args(strategy)).expect(3).stderr;
     assert!(error.contains("no path reaches the state x=3,") && error.contains("`--scope all`"), "{error}");
     assert!(!error.contains("leave out"), "{error}");
 }

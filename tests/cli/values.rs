@@ -1,18 +1,16 @@
 //! `meliora values`: every model under both engines and all safety modes, limits and files.
 
-use serde_json::Value;
-
-use crate::cli::common::{Scratch, run};
 use crate::cli::models::{MODELS, given};
+use crate::common::prelude::*;
 
 /// The numbers of states with P_k > 0 and with P_k = 1, for k = 1, 2, …
-fn counts(report: &Value) -> [Vec<usize>; 2] {
+fn counts(report: &Json) -> [Vec<usize>; 2] {
     // From an unsafe state nothing is promised, so it has no levels.
     let safe = report["states"].as_array().unwrap().iter().filter(|state| state["unsafe"].is_null());
-    let states: Vec<&Value> = safe.collect();
+    let states: Vec<&Json> = safe.collect();
     let levels = states[0]["levels"].as_array().unwrap().len();
     let count = |bound: &str, limit: f64, k: usize| {
-        let p = |state: &Value| state["levels"][k]["probability"][bound].as_f64().unwrap();
+        let p = |state: &Json| state["levels"][k]["probability"][bound].as_f64().unwrap();
         states
             .iter()
             .filter(|state| if bound == "upper" { p(state) > limit } else { p(state) >= limit })
@@ -25,7 +23,7 @@ fn counts(report: &Value) -> [Vec<usize>; 2] {
 }
 
 /// The levels as `check` reports them.
-fn levels(report: &Value, kind: &str) -> Vec<usize> {
+fn levels(report: &Json, kind: &str) -> Vec<usize> {
     let levels = report[kind]["levels"].as_array().unwrap();
     levels.iter().map(|count| count.as_str().unwrap().parse().unwrap()).collect()
 }
@@ -64,7 +62,7 @@ fn the_drone_has_the_values_that_its_page_derives() {
     assert_eq!(state["number"]["exact"], "7/6");
     assert_eq!(state["levels"][0]["cost"]["exact"], "1");
     assert_eq!(state["levels"][1]["probability"]["exact"], "1/6");
-    assert_eq!(state["levels"][1]["cost"], Value::Null);
+    assert_eq!(state["levels"][1]["cost"], Json::Null);
     let actions = state["levels"][0]["actions"].as_array().unwrap();
     let names: Vec<_> = actions.iter().map(|a| a["action"].as_str().unwrap()).collect();
     assert_eq!(names, ["survey", "shore"]);

@@ -1,13 +1,11 @@
 //! Small random programs from a sequence of numbers: shorter sequences and smaller numbers give
 //! simpler programs, so that a failing one shrinks well.
 
-use std::sync::Arc;
-
 use meliora::advanced::lang::ast::Span;
-use meliora::error::SourceFile;
-use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::value::{Type, Value};
-use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
+use meliora::model::{Branch, Command, CommandId, Synchronisation};
+
+use crate::common::prelude::*;
 
 /// Numbers that are used up one by one; 0 after the last.
 struct Source<'a> {

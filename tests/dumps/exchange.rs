@@ -1,27 +1,17 @@
 //! Models state by state: archives written and read again, texts in other formats, and archives
 //! that are damaged or not supported.
 
-use std::collections::BTreeMap;
 use std::io::Read;
-use std::sync::Arc;
 
-use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
-use meliora::error::SourceFile;
 use meliora::export::explicit::{Graph, drn, explored, prism, umb};
-use meliora::lang::{self, Checked, Document, Given};
-use meliora::model::predicate::Predicate;
-use meliora::model::preference::{
-    Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
-};
-use meliora::model::{ModelKind, Program};
-use meliora::planning::{Analysis, AnalysisResult, Options};
-use meliora::progress::NoProgress;
+use meliora::lang::Given;
+use meliora::planning::AnalysisResult;
 use num_traits::ToPrimitive;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
 use crate::common::entry;
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 
 pub(crate) fn none() -> Given {
     Given { constants: SourceFile::new("c", ""), bounds: SourceFile::new("b", "") }

@@ -1,26 +1,15 @@
 //! Dumps whose certificate lacks parts, because a limit ended them.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
 
-use meliora::certify::{Hashes, Verdict, verify};
+use meliora::certify::Verdict;
 use meliora::dump::directory::{complete_directory, write_regions_first};
-use meliora::dump::{Dump, read_directory};
-use meliora::engine::{NoProgress, Settings, SymbolicEngine};
-use meliora::error::{Limit, SourceFile};
-use meliora::export::{DumpContent, Inputs, certify, export};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
+use meliora::export::certify;
 use meliora::progress::ProgressSink;
 
-use crate::common::amount::takes;
 use crate::common::factory::{OVER_PATHS, PREFERENCES, factory};
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 

@@ -1,16 +1,10 @@
 //! Rounds of models whose variables return to their values: machines that work, break and are repaired.
 
-use meliora::certify::{Hashes, Verdict, verify};
-use meliora::dump::Dump;
+use meliora::certify::Verdict;
 use meliora::dump::manifest::Digit;
-use meliora::engine::{Settings, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::lang;
-use meliora::planning::{Analysis, Options, Safety};
-use std::sync::Arc;
 
 use crate::common::factory::{PREFERENCES, factory};
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 

@@ -1,21 +1,13 @@
 //! The checker accepts every written dump and refuses changed ones.
 
-use std::fs;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::certify::{Hashes, Verdict, verify};
+use meliora::certify::Verdict;
 use meliora::dump::manifest::{Root, SafetyMode};
-use meliora::dump::{Dump, read_directory, write_directory};
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Scope, Settings};
-use meliora::error::{Result, SourceFile};
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
-use meliora::progress::NoProgress;
+use meliora::dump::write_directory;
+use meliora::error::Result;
+
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 

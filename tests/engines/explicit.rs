@@ -1,19 +1,10 @@
 //! Both engines compared with a reference implementation, on random programs.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::{AnyEngine, Engine, Scope, Settings, Storage};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Error, Result, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::predicate::Predicate;
+use meliora::error::Result;
 use proptest::prelude::*;
 
 use crate::common::agreement;
-use crate::common::brute::Brute;
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 
 /// The numbers from which a random program is made.
 pub(crate) fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {

@@ -1,12 +1,6 @@
 //! Faults of commands whose partner is not ready: both engines report them.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Scope, Settings};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
+use crate::common::prelude::*;
 
 /// Builds both engines for a model whose second module has this command, while the command of the
 /// first module is not enabled. Both report a fault that contains `expected`, or none.

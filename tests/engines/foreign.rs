@@ -1,14 +1,9 @@
 //! Every operation refuses the sets of another engine, even of the same model and kind.
 
-use std::sync::Arc;
-
 use meliora::advanced::symbolic::Set;
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Algebra, AnyEngine, EdgeLabels, Engine, Region, Settings, Storage};
-use meliora::error::{Error, Result, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
+use meliora::error::Result;
+
+use crate::common::prelude::*;
 
 fn program() -> Arc<Program> {
     let text =

@@ -1,21 +1,11 @@
 //! Temporal formulas on models with a single path: both engines against the definition of LTL on that path.
 
-use std::sync::Arc;
-
+use Formula::{Binary, Label, Unary};
 use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Engine, Settings};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::expr::ExprId;
-use meliora::model::predicate::Predicate;
-use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Begin, Condition};
-use meliora::planning::RegionSearch;
-use meliora::planning::{Analysis, Options, Safety};
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 /// A formula over the labels "p" and "q"; X has one operand, which is the first.
 #[derive(Debug, Clone)]
@@ -24,8 +14,6 @@ enum Formula {
     Unary(&'static str, Box<Formula>),
     Binary(&'static str, Box<Formula>, Box<Formula>),
 }
-
-use Formula::{Binary, Label, Unary};
 
 impl Formula {
     fn text(&self) -> String {

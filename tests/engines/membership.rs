@@ -1,18 +1,9 @@
 //! States and choices that a model does not have are in no set.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Algebra, Engine, Order, Scope, Settings};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::predicate::Predicate;
-use meliora::model::step::Choice;
-use meliora::model::{CommandId, Program};
+use meliora::model::CommandId;
 use proptest::prelude::*;
 
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 use crate::engines::explicit::numbers;
 
 const SCOPES: [Scope; 2] = [Scope::All, Scope::Reachable];

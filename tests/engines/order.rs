@@ -1,9 +1,8 @@
 //! The order of the variables that `auto` finds in the structure of a program.
 
 use meliora::advanced::symbolic::{Bit, order};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
+
+use crate::common::prelude::*;
 
 fn program(text: &str) -> Program {
     let none = SourceFile::new("constants", "");

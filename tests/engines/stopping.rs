@@ -1,17 +1,13 @@
 //! Both engines end their work at once when the progress sink cancels it, at every question.
 
-use std::collections::BTreeSet;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex};
 
-use meliora::engine::ExplicitEngine;
-use meliora::engine::{EdgeLabels, Engine, ProgressSink, Region, Settings, regions};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Error, Limit, Result, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Phase, Scheduler, Setup, Simulation};
+use meliora::engine::regions;
+use meliora::error::Result;
+use meliora::planning::Phase;
+
+use crate::common::prelude::*;
 
 /// Stops the work from the question of this number on; hears of the phases.
 struct Patience {

@@ -1,13 +1,8 @@
 //! One engine used by several threads.
 
-use std::sync::Arc;
+use meliora::engine::regions;
 
-use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::{Algebra, Engine, Settings, SymbolicEngine, regions};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::predicate::Predicate;
+use crate::common::prelude::*;
 
 /// A random walk with a store that it fills and empties, and some targets.
 fn walk() -> (Arc<Program>, Vec<Predicate>) {

@@ -1,23 +1,12 @@
 //! A game in which one side owns every choice is an `mdp`.
 
-use std::sync::Arc;
-
-use meliora::engine::regions::{Regions, regions};
-use meliora::engine::{AnyEngine, Engine, Scope, Storage};
 use meliora::model::players::{Owner, Player, Players};
-use meliora::model::predicate::Predicate;
-use meliora::model::preference::{
-    Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
-};
-use meliora::model::{ModelKind, Program, State};
 use meliora::planning::explain::Action;
-use meliora::planning::{
-    Analysis, AnalysisResult, Explanation, FiniteMemoryStrategy, Options, Safety, StrategyKind,
-};
+use meliora::planning::{AnalysisResult, Explanation};
 use proptest::prelude::*;
 
 use super::{settings, thresholds};
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 
 /// Turns a program into a game of one player.
 pub(crate) fn as_game(program: &Program) -> Program {

@@ -1,16 +1,12 @@
 //! Shields of games: the promise holds against every memoryless strategy of the opponent.
 
-use std::sync::Arc;
-
-use meliora::engine::{ExplicitEngine, Scope};
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, Kind, Options, Safety, Shield, ShieldNode, StrategyKind,
-};
+use meliora::planning::ShieldNode;
 use proptest::prelude::*;
 
 use super::levels::{Case, some_case};
 use super::raw::{Raw, Won, loaded};
 use super::{settings, thresholds};
+use crate::common::prelude::*;
 
 /// Maximum number of pairs of strategies that a check enumerates.
 const MOST_PAIRS: usize = 1024;

@@ -1,13 +1,7 @@
 //! The texts of games: players and their states, and refusals.
 
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
-use meliora::planning::{Analysis, Options, Safety};
-
 use super::raw::{loaded, program};
+use crate::common::prelude::*;
 
 const GAME: &str = "smg
 player p1 one, [go] endplayer

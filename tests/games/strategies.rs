@@ -1,22 +1,15 @@
 //! Strategies of games against every behaviour of the opponent: the states that a strategy may visit, with
 //! its memory, are a game in which only the opponent chooses.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Scope, Settings, Storage};
-use meliora::model::Program;
-use meliora::model::preference::{Change, ObjectiveSet, Preferences};
+use meliora::model::preference::ObjectiveSet;
 use meliora::planning::explain::{Successor, Verdict};
 use meliora::planning::induced_model::Node;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Options, Rank, Safety, Scheduler, StrategyKind,
-};
 use proptest::prelude::*;
 
 use super::levels::{Case, Reference, Set, some_case};
 use super::raw::{Raw, Won, loaded};
 use super::{settings, some_game, thresholds};
+use crate::common::prelude::*;
 
 pub(crate) type Strategy = FiniteMemoryStrategy<AnyEngine>;
 

@@ -1,14 +1,8 @@
 //! Numbers at the edges: as PRISM has them, or an error at its place; in both engines alike.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Scope, Settings};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
 use meliora::model::value::Value;
+
+use crate::common::prelude::*;
 
 /// Returns the value of a constant, or the error message and the text that it points at.
 fn constant(ty: &str, expression: &str) -> Result<Value, (String, String)> {

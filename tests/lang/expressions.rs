@@ -1,17 +1,10 @@
 //! Expressions mean the same as diagrams, as compiled code, folded as constants and by the reference
 //! evaluation, in every state.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::{Engine, Scope, Settings};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Error, SourceFile};
-use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
-use meliora::model::predicate::Predicate;
 use meliora::model::value::{EvalError, Type, Value};
-use meliora::model::{ModelKind, Program, VarId, Variable};
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 /// The tree of an expression; its types are corrected when it is lowered.
 #[derive(Debug, Clone)]

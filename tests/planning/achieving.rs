@@ -1,22 +1,13 @@
 //! Objectives are achieved when the path so far decides them, and not before; and both engines say the
 //! same of every state, of Markov chains and of deadlocks too.
 
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::tally::Trace;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Options, Safety, Scheduler, Setup, Simulation, StrategyKind,
-};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
 use crate::common::coverage::draw_until;
 use crate::common::graphs::{bottom_components, chain, edges};
+use crate::common::prelude::*;
 use crate::planning::literal::Set;
 use crate::planning::loaded::Loaded;
 

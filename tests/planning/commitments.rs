@@ -2,25 +2,16 @@
 //! commits only where kept choices achieve no most preferred objective; then it achieves the objective
 //! that it committed to.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Scope, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::{Empty, ObjectiveSet, Preferences, Relation, Statement};
+use meliora::model::preference::ObjectiveSet;
 use meliora::planning::finite_memory::{Manner, Pursuit};
 use meliora::planning::induced_model::Node;
 use meliora::planning::tally::{Commitment, Trace};
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Options, Safety, Scheduler, Setup, Simulation,
-    StrategyKind,
-};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
 use crate::common::coverage::draw_until;
 use crate::common::graphs::{bottom_components, edges};
+use crate::common::prelude::*;
 use crate::planning::Case;
 use crate::planning::generate::{case, order};
 use crate::planning::literal::{Literal, Set, almost_sure};

@@ -1,17 +1,10 @@
 //! A factory of many machines that move one at a time, under both engines.
 
-use std::sync::Arc;
-
 use meliora::advanced::symbolic::Ways;
-use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::result::AnalysisResult;
-use meliora::planning::{Analysis, Options, Safety};
 
 use crate::common::factory::{OVER_PATHS, PREFERENCES, factory};
+use crate::common::prelude::*;
 
 fn read(machines: usize, preferences: &str) -> (Arc<Program>, Arc<Preferences>) {
     let none = SourceFile::new("--const", "");

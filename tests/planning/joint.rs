@@ -1,11 +1,6 @@
 //! Objectives that are achieved together: cases made by hand.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Scope, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::planning::{Analysis, Options};
+use crate::common::prelude::*;
 
 /// Analyses objectives that cannot be compared.
 fn analysed(model: &str, history: &str, formulas: &[&str], storage: Storage) -> Analysis<AnyEngine> {

@@ -1,19 +1,12 @@
 //! Both engines on random grid worlds of thousands of states, robots and batteries among them: large
 //! enough that the symbolic engine uses each of its algorithms, which the tests check.
 
-use std::sync::Arc;
-
-use meliora::advanced::symbolic::{Thresholds, Ways};
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Engine, Settings, regions};
-use meliora::error::SourceFile;
+use meliora::advanced::symbolic::Ways;
+use meliora::engine::regions;
 use meliora::generate::{Choices, Parameters, gridworld};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::result::AnalysisResult;
-use meliora::planning::{Analysis, Options, Safety};
+
+use crate::common::prelude::*;
 
 /// A world that numbers describe.
 fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {

@@ -1,14 +1,6 @@
 //! Models and preferences written in a test, with the explicit engine.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::Settings;
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
+use crate::common::prelude::*;
 
 pub(crate) struct Loaded {
     pub(crate) program: Arc<Program>,

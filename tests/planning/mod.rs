@@ -37,12 +37,9 @@ mod tiny;
 mod versus_literal;
 mod worlds;
 
-use std::sync::Arc;
-
-use meliora::model::preference::{Empty, Goal, History, Objective, Preferences, Preorder, Statement};
-use meliora::planning::{Analysis, Options, Safety};
-
 use tiny::{Mdp, Tiny};
+
+use crate::common::prelude::*;
 
 /// A model, targets and preferences.
 #[derive(Debug, Clone)]

@@ -1,23 +1,14 @@
 //! Runs under a strategy keep its guarantees on random models.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::Arc;
+use std::collections::VecDeque;
 
-use meliora::engine::{Engine, Scope, Settings};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::explain::Verdict;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Options, Rank, Safety, Scheduler, Setup, Simulation,
-};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
 use crate::common::coverage::draw_until;
 use crate::common::graphs::edges;
+use crate::common::prelude::*;
 
 /// A model of one variable: for each state its choices, for each choice where it leads.
 fn program(

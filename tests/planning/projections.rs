@@ -1,15 +1,8 @@
 //! Maps over two variables: what a cell shows is what the sets say of its states.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::sync::Arc;
-
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Engine, Scope, Settings};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
 use meliora::projections::{self, Inside, Plane, Projections};
+
+use crate::common::prelude::*;
 
 /// The robot with its analysis and projections over its plane, handed to a test.
 fn with_projections(

@@ -1,18 +1,10 @@
 //! Requirements: unsafe states, the path to a violation, and reasons.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Engine, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Change;
 use meliora::planning::explain::Verdict;
 use meliora::planning::result::EscapeStep;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, Kind, Options, Rank, Safety, Scheduler, Setup, Simulation,
-};
 use meliora::{Choose, Wanted};
+
+use crate::common::prelude::*;
 
 const MODEL: &str = "mdp
     module m x : [0..6] init 0;

@@ -1,9 +1,8 @@
 //! The paper's robot on the 5 x 5 grid, written by hand from its description.
 
-use meliora::engine::Engine;
-use meliora::model::preference::{Empty, Relation, Statement};
-use meliora::planning::{Analysis, Kind, Rank, Safety, strategy};
+use meliora::planning::strategy;
 
+use crate::common::prelude::*;
 use crate::planning::tiny::{Mdp, Tiny};
 use crate::planning::{Case, analyse};
 

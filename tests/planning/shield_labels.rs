@@ -1,13 +1,10 @@
 //! Shields of models in which several choices have one label: everything that a node says holds for
 //! each choice of each permitted label; other shields are refused.
 
-use std::collections::BTreeSet;
+use meliora::planning::ShieldNode;
+use meliora::{Choose, Options};
 
-use meliora::planning::{Shield, ShieldNode};
-use meliora::{Choose, Error, Kind, Model, Options, Safety, Settings, SourceFile, StrategyKind};
-use rand::RngExt;
-use rand::SeedableRng;
-use rand::rngs::SmallRng;
+use crate::common::prelude::*;
 
 const SAFE: [Safety; 2] = [Safety::Action, Safety::Prefix];
 

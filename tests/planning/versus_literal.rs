@@ -1,14 +1,10 @@
 //! Classes, levels and strategies against the literal definitions: the doubled MDP, and the chains that
 //! strategies induce.
 
-use std::sync::Arc;
-
-use meliora::engine::{Count, Engine};
-use meliora::model::preference::{Empty, Preferences};
 use meliora::planning::levels::End;
-use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
 use proptest::prelude::*;
 
+use crate::common::prelude::*;
 use crate::planning::generate::case;
 use crate::planning::literal::{Literal, Set};
 use crate::planning::tiny::Tiny;

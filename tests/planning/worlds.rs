@@ -1,17 +1,11 @@
 //! Random programs with objectives: factored ones, and graphs that a program spells out.
 
-use std::sync::Arc;
-
 use meliora::advanced::lang::ast::Span;
-use meliora::engine::Scope;
-use meliora::error::SourceFile;
-use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
-use meliora::model::preference::Statement;
 use meliora::model::value::{Type, Value};
-use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
+use meliora::model::{Branch, Command, CommandId, Synchronisation};
 use proptest::prelude::*;
 
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 use crate::planning::generate::order;
 
 /// A program with objectives, statements about them, and which valuations are states.

@@ -1,9 +1,7 @@
 //! Games that are written, read, verified and queried.
 
-use serde_json::json;
-
 use super::{GAME, at, scratch};
-use crate::cli::common::Scratch;
+use crate::common::prelude::*;
 
 #[test]
 fn a_game_is_the_same_after_writing_and_reading() {

@@ -5,9 +5,7 @@ mod refused;
 mod strategies;
 mod temporal;
 
-use serde_json::json;
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 /// We choose in x=0, the opponent in x=1; x=2 is a deadlock.
 const GAME: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..3] init 0;\n\
@@ -23,7 +21,7 @@ fn scratch() -> Scratch {
 /// Runs the command in which `@` stands for the directory.
 fn at(scratch: &Scratch, arguments: &[&str]) -> Finished {
     let of = |a: &&str| a.strip_prefix('@').map_or((*a).to_owned(), |name| scratch.show(name));
-    Finished::of(meliora().args(arguments.iter().map(of)))
+    Finished::of(executable().args(arguments.iter().map(of)))
 }
 
 #[test]

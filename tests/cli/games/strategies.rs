@@ -1,9 +1,7 @@
 //! Strategies of games, and runs under them.
 
-use serde_json::json;
-
 use super::at;
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 /// From x=0, [b] is safe, and [a] leads to x=1, where the opponent can improve by [c] and weaken by [d].
 const RISKY: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..4] init 0;\n\

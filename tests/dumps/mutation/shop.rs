@@ -1,21 +1,14 @@
 //! Unedited dumps, and the verdicts on edited ones.
 
-use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
-use std::sync::Arc;
+use std::collections::HashMap;
 
 use meliora::advanced::symbolic::Encoding;
-use meliora::certify::{self, Hashes};
+use meliora::certify;
+use meliora::dump::dddmp;
 use meliora::dump::manifest::{File, RootKind, SafetyMode};
-use meliora::dump::{Diagram, Dump, Edge, dddmp};
-use meliora::engine::{NoProgress, Scope, Settings};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Result, SourceFile};
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
+use meliora::error::Result;
+
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "the model's", preferences: "the preferences'" };
 

@@ -1,9 +1,7 @@
 //! Special cases of the format, one per test: the meaning of the documents, state by state.
 
-use meliora::model::{Program, State};
-use serde_json::{Value as Json, json};
-
 use super::{around, bounded, load, sets_x};
+use crate::common::prelude::*;
 
 /// The successors of a state with their probabilities, choice by choice.
 fn successors(program: &Program, state: &[i64]) -> Vec<Vec<(State, f64)>> {

@@ -1,9 +1,7 @@
 //! Error messages for wrong documents, as users see them.
 
-use meliora::error::{Error, render};
-use serde_json::json;
-
 use super::{around, load, load_text, sets_x};
+use crate::common::prelude::*;
 
 fn rendered(text: &str, constants: &str) -> String {
     match load_text(text, constants) {
