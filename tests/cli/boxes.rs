@@ -51,8 +51,8 @@ fn marks_stay_in_their_cells_and_texts_are_whole_on_screens_and_phones() {
     let script = format!("<script>setTimeout(() => {{ {} }}, 500);</script>", include_str!("boxes.js"));
     let page = |[model, prefs]: &[String; 2]| {
         let scratch = Scratch::new(&[("m.prism", model), ("p.pref", prefs)]);
-        let [m, p, page] = ["m.prism", "p.pref", "page.html"].map(|name| scratch.show(name));
-        Finished::of(executable().args(["report", &m, &p, "--out", &page])).expect(0);
+        let page = scratch.show("page.html");
+        scratch.run("report m.prism p.pref --out page.html").expect(0);
         fs::read_to_string(&page).unwrap()
     };
     let pages: Vec<String> = models.iter().map(page).collect();
@@ -73,9 +73,9 @@ fn marks(dom: &str) -> Vec<String> {
 #[test]
 fn marks_follow_the_sliders_and_are_left_out_where_most_cells_have_them() {
     let scratch = Scratch::new(&[("m.prism", STRIP), ("p.pref", STRIP_PREFS)]);
-    let [m, p, page] = ["m.prism", "p.pref", "page.html"].map(|name| scratch.show(name));
+    let page = scratch.show("page.html");
     let written = |options: &[&str]| {
-        Finished::of(executable().args(["report", &m, &p, "--out", &page]).args(options)).expect(0);
+        scratch.ask("report m.prism p.pref --out page.html", options).expect(0);
         fs::read_to_string(&page).unwrap()
     };
     // The door is open in no state of the first view, and in each of the second one.

@@ -307,14 +307,11 @@ fn choices_with_one_label_have_the_names_that_strategy_gives_them() {
     let chain = LABELS.replace("TYPE", "dtmc");
     let files = [("m.prism", &*mdp), ("g.prism", &*game), ("c.prism", &*chain), ("m.pref", LABELS_PREFS)];
     let scratch = Scratch::new(&files);
-    let (prefs, page) = (scratch.show("m.pref"), scratch.show("page.html"));
-    let mdp = scratch.show("m.prism");
-    Finished::of(executable().args(["report", &mdp, &prefs, "--out", &page])).expect(0);
+    let page = scratch.show("page.html");
+    scratch.run("report m.prism m.pref --out page.html").expect(0);
     for x in [0, 1] {
         let at = format!("x={x}");
-        let told = Finished::of(executable().args(["strategy", &mdp, &prefs, "--at", &at, "--json"]))
-            .expect(0)
-            .json();
+        let told = scratch.run(format!("strategy m.prism m.pref --at '{at}' --json")).expect(0).json();
         let actions = told["states"][0]["actions"].as_array().unwrap().iter();
         let kept = actions.filter(|action| action["permitted"] == true);
         let expected: BTreeSet<String> =
@@ -323,14 +320,12 @@ fn choices_with_one_label_have_the_names_that_strategy_gives_them() {
         assert_eq!(permitted(&dom), expected, "{at}: {dom}");
     }
     // In a Markov chain, nothing is chosen.
-    let chain = scratch.show("c.prism");
-    Finished::of(executable().args(["report", &chain, &prefs, "--out", &page])).expect(0);
+    scratch.run("report c.prism m.pref --out page.html").expect(0);
     let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,0")]);
     let guaranteed = dom.split("<dt>guaranteed</dt>").nth(1).unwrap().split("</dd>").next().unwrap();
     assert_eq!(guaranteed, "<dd>1");
     // The opponent of a game has the same choices.
-    let game = scratch.show("g.prism");
-    Finished::of(executable().args(["report", &game, &prefs, "--coalition", "q", "--out", &page])).expect(0);
+    scratch.run("report g.prism m.pref --coalition q --out page.html").expect(0);
     let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,0")]);
     let names: Vec<String> = moves(&dom).into_keys().collect();
     assert_eq!(names, ["back", "go(m#1)", "go(m#2)"], "{dom}");

@@ -103,12 +103,7 @@ fn cells_have_names_as_they_are_and_states_are_read_back() {
 #[test]
 fn the_number_of_a_value_is_not_taken_for_its_name() {
     let scratch = scratch();
-    let [model, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
-    let at = |state: &str| {
-        Finished::of(
-            executable().args(["strategy", &model, &prefs, "--kind", "spi", "--at", state, "--json"]),
-        )
-    };
+    let at = |state: &str| scratch.run(format!("strategy m.jani m.pref --kind spi --at '{state}' --json"));
     let found = at("auto_maton_loc=2").expect(0).json();
     assert_eq!(found["states"][0]["state"]["auto_maton_loc"], Json::from("2"));
     let refused = at("auto_maton_loc=1").expect(3).json();
@@ -120,6 +115,6 @@ fn the_number_of_a_value_is_not_taken_for_its_name() {
 fn graphs_of_strategies_keep_commas_in_names() {
     let scratch = scratch();
     let [model, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
-    let graph = run(&["strategy", &model, &prefs, "--kind", "achieve", "--objective", "A", "--dot"]).stdout;
-    assert!(graph.contains(r#"a_b=0, auto_maton_loc=\"0,\"\"x\"\"\"\n"#), "{graph}");
+    run(&["strategy", &model, &prefs, "--kind", "achieve", "--objective", "A", "--dot"])
+        .shows(r#"a_b=0, auto_maton_loc=\"0,\"\"x\"\"\"\n"#);
 }

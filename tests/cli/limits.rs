@@ -46,10 +46,9 @@ fn every_command_reads_deeply_nested_expressions() {
         run(&filled(&scratch, command)).expect(0);
     }
     let deeper = scratch.path("deeper.prism");
-    let text = std::fs::read_to_string(scratch.path("m.prism")).unwrap();
+    let text = scratch.read("m.prism");
     std::fs::write(&deeper, text.replacen("((x=0))", "(((x=0)))", 1)).unwrap();
-    let found = run(&format!("info {}", deeper.display())).expect(3);
-    assert!(found.stderr.contains("nested more than 10000 levels deep"), "{}", found.stderr);
+    run(&format!("info {}", deeper.display())).ends(3, "nested more than 10000 levels deep");
 }
 
 /// A started run with its output on stderr.
@@ -263,7 +262,7 @@ fn what_is_printed_when_memory_ends_is_part_of_the_full_answer() {
             assert!(agrees(&part, &whole), "{engine}, {kilobytes} KiB: {part:#}");
             if finished.status == 4 {
                 assert_eq!(part["complete"], false);
-                assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+                finished.says("--memory");
                 phases.insert(part["objectives"].as_array().map_or(0, Vec::len));
             }
         }
@@ -329,8 +328,7 @@ fn alternatives_that_multiply_are_a_limit_that_is_named() {
     let text = format!("mdp {}", modules(&alternatives));
     let scratch = Scratch::new(&[("m.prism", &text), ("m.pref", "objective A = F x0=1;")]);
     for engine in ["symbolic", "explicit"] {
-        let finished = run(&filled(&scratch, &format!("check MODEL PREFS --engine {engine}"))).expect(4);
-        assert!(finished.stderr.contains("too large"), "{}", finished.stderr);
+        run(&filled(&scratch, &format!("check MODEL PREFS --engine {engine}"))).ends(4, "too large");
     }
     // Many branches are no difficulty for diagrams, only to list them one by one.
     let text = format!("mdp {}", modules(&branches));
@@ -338,8 +336,7 @@ fn alternatives_that_multiply_are_a_limit_that_is_named() {
     let report = run(&filled(&scratch, "check MODEL PREFS --json")).expect(0).json();
     assert_eq!(report["initial"][0]["most_preferred"][0], "A");
     for command in ["check MODEL PREFS --engine explicit", "simulate MODEL PREFS", "strategy MODEL PREFS"] {
-        let finished = run(&filled(&scratch, command)).expect(4);
-        assert!(finished.stderr.contains("too large"), "{command}: {}", finished.stderr);
+        run(&filled(&scratch, command)).ends(4, "too large");
     }
 }
 
@@ -353,7 +350,7 @@ fn states_of_many_bits_are_a_limit_that_is_named() {
     {
         let finished = run(&filled(&scratch, &format!("info MODEL --engine {engine}"))).expect(4);
         let message = format!("states of 108000 bits; {what}");
-        assert!(finished.stderr.contains(&message), "{}", finished.stderr);
+        finished.says(&message);
     }
 }
 
@@ -365,8 +362,7 @@ fn a_wide_range_costs_nothing_until_its_values_are_reached() {
         let report = run(&filled(&scratch, &format!("info MODEL --engine {engine} --json --memory 64MiB")));
         assert_eq!(report.expect(0).json()["counts"]["states"], "10");
     }
-    let all = run(&filled(&scratch, "info MODEL --engine explicit --scope all --memory 64MiB")).expect(4);
-    assert!(all.stderr.contains("too many for"), "{}", all.stderr);
+    run(&filled(&scratch, "info MODEL --engine explicit --scope all --memory 64MiB")).ends(4, "too many for");
 }
 
 /// Runs a command in a shell that first lowers a limit of the system.
@@ -399,7 +395,7 @@ fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
     let scratch = Scratch::new(&[("m.prism", &text)]);
     let path = scratch.show("m.prism");
     let finished = run(&format!("info {path} --memory 8MiB --json")).expect(4);
-    assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+    finished.says("--memory");
     let memory = finished.json()["memory"]["peak_rss_bytes"].as_u64().unwrap() >> 20;
     assert!(memory < 8 + 64 + 16, "{memory} MiB");
     // The list of 950,000 commands grows by tens of MiB at once, which exceeds the limit.

@@ -12,9 +12,7 @@ const MODEL: &str = "mdp\nmodule m\n x : [0..6] init 0;\n\
 /// Writes the strategies of a property; returns them with the paths of the model and of the file.
 fn written(scratch: &Scratch, property: &str) -> (Json, [String; 2]) {
     let [model, out] = ["m.prism", "mix.json"].map(|name| scratch.show(name));
-    let mut command = executable();
-    command.args(["reach", &model, "--property", property, "--policy", &out]);
-    let found = Finished::of(&mut command);
+    let found = scratch.run(format!("reach m.prism --property '{property}' --policy mix.json"));
     let text = fs::read_to_string(&out).unwrap_or_else(|e| panic!("{property}: {e} {}", found.stderr));
     (serde_json::from_str(&text).unwrap(), [model, out])
 }
@@ -175,8 +173,7 @@ fn files_that_are_no_strategies_are_errors() {
     ];
     for (edit, status, message) in texts {
         for found in judged(edit) {
-            let found = found.expect(status);
-            assert!(found.stderr.contains(message), "{}", found.stderr);
+            found.ends(status, message);
         }
     }
 }
@@ -188,10 +185,9 @@ fn a_front_is_verified_and_not_simulated() {
     let (_, [model, file]) = written(&scratch, "multi(Pmax=? [ F x=3 ], Pmax=? [ G F x=5 ])");
     let found = verified(&model, &file).expect(0).json();
     assert!(found["strategies"].as_array().unwrap().len() > 1, "{found}");
-    let found = simulated(&model, &file, "10").expect(2);
-    assert!(found.stderr.contains("have no shares"), "{}", found.stderr);
-    let found = Finished::of(executable().args(["verify", &file, &model, "--strong"])).expect(2);
-    assert!(found.stderr.contains("have objectives of their own"), "{}", found.stderr);
+    simulated(&model, &file, "10").ends(2, "have no shares");
+    Finished::of(executable().args(["verify", &file, &model, "--strong"]))
+        .ends(2, "have objectives of their own");
 }
 
 /// Runs `verify` on a file with one strategy, or several, each of one step from 0 and a loop.
@@ -229,7 +225,7 @@ fn judged_mix(property: &str, strategies: &[(&str, &str, [f64; 2])]) -> Finished
             _ => {}
         }
     }
-    std::fs::write(scratch.path("mix.json"), mix.to_string()).unwrap();
+    scratch.write("mix.json", mix.to_string());
     verified(&scratch.show("m.prism"), &scratch.show("mix.json"))
 }
 
@@ -255,8 +251,7 @@ fn shares_are_needed_where_the_property_has_bounds() {
     let found = judged_mix(bounds, &[("null", "a", A), ("null", "c", C)]).expect(1).json();
     assert!(found["violation"]["condition"].as_str().unwrap().contains("have no shares"), "{found}");
     let front = "multi(Pmax=? [ F s=1 ], Pmax=? [ F s=3 ])";
-    let found = judged_mix(front, &[("null", "a", A), ("null", "c", C)]).expect(0);
-    assert!(found.stderr.contains("a front may be incomplete"), "{found:?}");
+    judged_mix(front, &[("null", "a", A), ("null", "c", C)]).ends(0, "a front may be incomplete");
     judged_mix(front, &[("0.5", "a", A), ("null", "c", C)]).expect(3);
 }
 
@@ -295,6 +290,5 @@ fn memory_that_no_path_has_and_doubled_variables_are_refused() {
     let (_, [model, file]) = written(&scratch, PROPERTIES[0]);
     let text = fs::read_to_string(&file).unwrap().replacen("\"x\": 0", "\"x\": 3, \"x\": 0", 1);
     fs::write(&file, text).unwrap();
-    let found = verified(&model, &file).expect(3);
-    assert!(found.stderr.contains("the variable `x` occurs twice"), "{}", found.stderr);
+    verified(&model, &file).ends(3, "the variable `x` occurs twice");
 }

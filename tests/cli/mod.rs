@@ -1,5 +1,12 @@
 //! The command line as users see it: standard output, standard error and exit statuses.
 
+/// Runs the command with formatted arguments.
+macro_rules! run {
+    ($($arguments:tt)*) => {
+        $crate::cli::common::run(&format!($($arguments)*))
+    };
+}
+
 mod aims;
 mod answers;
 mod at;

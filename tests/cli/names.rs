@@ -39,7 +39,7 @@ fn scratch() -> Scratch {
     let info = executable().args(["info", &scratch.show("m.jani"), "--json"]).output().unwrap();
     let info: Json = serde_json::from_slice(&info.stdout).unwrap();
     let name = info["model"]["variables"][0]["name"].as_str().unwrap();
-    std::fs::write(scratch.path("j.pref"), format!("objective A = F {name}=1;")).unwrap();
+    scratch.write("j.pref", format!("objective A = F {name}=1;"));
     scratch
 }
 

@@ -12,7 +12,7 @@ fn asked(model: &str, more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", model), ("m.props", "P>=1 [ F x=4 ];\n")]);
     let file = scratch.show("m.props");
     let more = more.iter().map(|word| if *word == "FILE" { &file } else { *word });
-    Finished::of(executable().args(["reach", &scratch.show("m.prism")]).args(more))
+    scratch.ask("reach m.prism", more)
 }
 
 fn stopped(model: &str, more: &[&str], status: i32) -> Json {

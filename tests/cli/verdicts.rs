@@ -7,8 +7,7 @@ fn asked(model: &str, wishes: &str, options: &str) -> Json {
     let scratch = Scratch::new(&[("m.prism", model), ("m.pref", wishes)]);
     let files = format!("{} {}", scratch.show("m.prism"), scratch.show("m.pref"));
     let [symbolic, explicit] = ["symbolic", "explicit"].map(|engine| {
-        run(&format!("strategy {files} {options} --engine {engine} --json -q")).expect(0).json()["states"]
-            .clone()
+        run!("strategy {files} {options} --engine {engine} --json -q").expect(0).json()["states"].clone()
     });
     assert_eq!(symbolic, explicit, "{options}");
     symbolic

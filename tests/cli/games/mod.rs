@@ -109,7 +109,7 @@ fn a_property_file_has_a_coalition_per_property() {
     let scratch = scratch();
     let file = "\"a\": <<us>> P>=1 [ F x=2 ];\n\"b\": <<us,them>> P>=1 [ F x=2 ];\n\"c\": <<us>> Pmax=? [ F x=2 ];\n\
         \"d\": P>=1 [ F x=2 ];\n\"e\": <<us>> P>0 [ F x=2 ];\n";
-    std::fs::write(scratch.path("g.props"), file).unwrap();
+    scratch.write("g.props", file);
     let json = at(&scratch, &["reach", "@g.prism", "--properties", "@g.props", "--json"]).json();
     let holds: Vec<_> = json["properties"].as_array().unwrap().iter().map(|p| p["holds"].clone()).collect();
     // Without players, all choose together and the formula is to hold for each of their strategies, as in an mdp.
@@ -138,8 +138,7 @@ fn check_reports_the_players() {
         assert_eq!(them["initial"][0]["sasi_actions"], json!([]));
         assert_eq!(check("@them.pref", &["--engine", engine, "--coalition", "us"])["players"], players);
     }
-    let text = at(&scratch, &["check", "@g.prism", "@them.pref"]).expect(0).stdout;
-    assert!(text.contains("Players") && text.contains("to move: the opponent"), "{text}");
+    at(&scratch, &["check", "@g.prism", "@them.pref"]).prints(0, "Players").shows("to move: the opponent");
     at(&scratch, &["compare", "@g.prism", "@g.pref"]).expect(0);
     at(&scratch, &["compare", "@g.prism", "@g.pref", "--safety", "prefix", "--coalition", "them"]).expect(0);
     let info = at(&scratch, &["info", "@g.prism", "--json"]).expect(0).json();
@@ -149,7 +148,7 @@ fn check_reports_the_players() {
 #[test]
 fn a_sweep_of_a_game_plays_as_the_coalition() {
     let scratch = scratch();
-    std::fs::write(scratch.path("n.prism"), format!("{GAME}const int N;\n")).unwrap();
+    scratch.write("n.prism", format!("{GAME}const int N;\n"));
     let all = ["reach", "@n.prism", "--target", "x=2", "-c", "N=1:2", "--coalition", "them", "--json"];
     let runs = at(&scratch, &all).expect(0).json();
     for run in runs["runs"].as_array().unwrap() {
