@@ -58,6 +58,21 @@ fn strategies_of_several_objectives_are_verified_and_measured() {
     }
 }
 
+/// After one step, no run has decided both objectives; after two, some have.
+#[test]
+fn runs_that_are_given_up_are_not_counted_as_decided() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, files) = written(&scratch, "multi(Pmax=? [ F x=3 ], R{\"cost\"}<=2 [ F x>2 ])");
+    let runs = |steps: &str| {
+        let more = ["--policy", &files[1], "--runs", "1000", "--steps", steps, "--json"];
+        let found = Finished::of(executable().args(["simulate", &files[0]]).args(more)).expect(0).json();
+        found["runs"]["reached"].as_u64().unwrap()
+    };
+    assert_eq!(runs("1"), 0);
+    let some = runs("2");
+    assert!(0 < some && some < 1000, "{some}");
+}
+
 /// Every strategy of two objectives with one claim, with its values: F x=3 by `b` is 1/3.
 #[test]
 fn the_values_of_a_strategy_are_those_of_its_chain() {

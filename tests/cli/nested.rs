@@ -164,6 +164,8 @@ fn every_path_and_some_path_are_not_every_strategy_and_some_strategy() {
 fn filters_are_functions_of_the_values_in_several_states() {
     expect(CHAIN)(&[
         ("filter(count, P>0.4 [ X x=2 ])", json!(2)),
+        ("filter(count, P>0.4 [ X x=2 ] | P>0.4 [ X x=1 ] | P>=1 [ X x=3 ])", json!(3)),
+        ("filter(count, P>0.4 [ X x=2 ] => P>0.4 [ X x=1 ])", json!(3)),
         ("filter(sum, P=? [ X x=2 ])", json!(1)),
         ("filter(avg, P=? [ X x=2 ], x<=1)", json!(0.5)),
         ("filter(min, R=? [ F x=3 ], x<3)", json!(7)),

@@ -10,3 +10,4 @@ pub(crate) mod graphs;
 pub(crate) mod prelude;
 pub(crate) mod random_game;
 pub(crate) mod random_program;
+pub(crate) mod set_up;

@@ -32,8 +32,7 @@ pub(crate) fn analysed<E: Engine>(engine: E, targets: [Predicate; 2]) -> Analysi
         history: History::State,
         requirements: Vec::new(),
     };
-    let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), &Arc::new(preferences), Options::default());
     analysis
 }
 

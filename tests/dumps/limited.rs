@@ -33,16 +33,11 @@ struct Case {
 
 impl Case {
     fn new(wishes: &str, safety: Safety) -> Self {
-        let none = SourceFile::new("--const", "");
-        let program = lang::load(&SourceFile::new("m", factory(3)), &none).unwrap().program;
-        let lang::Task { program, preferences } =
-            lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
-        let (program, preferences) = (Arc::new(program), Arc::new(preferences));
+        let (program, preferences) = task(factory(3), wishes);
         let sink = Arc::new(Share::default());
         let settings = Settings { sink: Arc::clone(&sink) as _, ..Settings::default() };
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
         let inputs = Inputs {
             model: ("m".into(), HASHES.model.into()),
             preferences: ("p".into(), HASHES.preferences.into()),

@@ -68,8 +68,7 @@ impl Case {
         let preferences = Arc::new(preferences);
         let program = Arc::new(program);
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let mut dump =

@@ -46,8 +46,7 @@ impl Case {
     ) -> Self {
         let (program, preferences) = (Arc::new(program), Arc::new(preferences));
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, max_level });
         let inputs = Inputs {
             model: ("m.prism".to_owned(), HASHES.model.to_owned()),
             preferences: ("p.pref".to_owned(), HASHES.preferences.to_owned()),

@@ -59,8 +59,7 @@ fn expressions_of_thousands_of_operators_need_no_large_stack_of_the_caller() {
 }
 
 fn program(text: String) -> Arc<Program> {
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("model", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 fn settings() -> Settings {

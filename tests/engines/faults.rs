@@ -9,8 +9,7 @@ fn check(command: &str, expected: Option<&str>) {
         "mdp module first ready : bool init false; [a] ready -> true; endmodule\n\
          module second low : bool init true; x : [0..2] init 0; [a] {command}; endmodule"
     );
-    let none = SourceFile::new("constants", "");
-    let program = Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program);
+    let program = Arc::new(parsed(text));
     let settings = Settings { scope: Scope::Reachable, memory: 16 << 20, ..Settings::default() };
     let explicit = ExplicitEngine::new(program.clone(), settings.clone()).err();
     let symbolic = SymbolicEngine::new(program, settings).err();

@@ -8,8 +8,7 @@ use crate::common::prelude::*;
 fn program() -> Arc<Program> {
     let text =
         "mdp module m x : [0..5] init 0; [a] x<4 -> 1/2:(x'=x+1) + 1/2:(x'=0); [b] x=2 -> (x'=5); endmodule";
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 #[track_caller]

@@ -73,7 +73,7 @@ impl Lasso {
             self.label(|letter| letter.0),
             self.label(|letter| letter.1)
         );
-        lang::load(&SourceFile::new("lasso.prism", text), &SourceFile::new("--const", "")).unwrap().program
+        parsed(text)
     }
 
     /// Returns for each step whether a formula holds from there on, by the definition of LTL.
@@ -221,9 +221,7 @@ fn achievable(program: Program, formula: &str) -> [bool; 2] {
 }
 
 fn at_start<E: Engine>(engine: &Arc<E>, program: &Program, preferences: &Arc<Preferences>) -> bool {
-    let mut analysis =
-        Analysis::new(engine, preferences, Options { safety: Safety::Action, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(engine, preferences, Options { safety: Safety::Action, max_level: None });
     !analysis.initial_prospects(program, 1).unwrap()[0].most_preferred.is_empty()
 }
 
@@ -268,7 +266,7 @@ fn what_is_owed_may_be_fulfilled_as_new_obligations_come_up() {
 }
 
 fn load(model: &str) -> Program {
-    lang::load(&SourceFile::new("m", model), &SourceFile::new("--const", "")).unwrap().program
+    parsed(model)
 }
 
 /// One of two recurrences loses states while the other one is unchanged in its first round.

@@ -9,8 +9,7 @@ use crate::engines::explicit::numbers;
 const SCOPES: [Scope; 2] = [Scope::All, Scope::Reachable];
 
 fn program(text: &str) -> Arc<Program> {
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 fn settings(scope: Scope) -> Settings {
@@ -119,8 +118,7 @@ fn a_state_of_a_chain_has_one_choice_and_none_by_command() {
 #[test]
 fn the_step_of_monitors_in_a_deadlock_of_a_chain_is_its_choice() {
     let model = "dtmc module m s : [0..1] init 0; endmodule";
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+    let program = parsed(model);
     let preferences = SourceFile::new("p", "objective O = F (s=1 & X s=1);");
     let program = Arc::new(lang::load_preferences(&preferences, program).unwrap().program);
     let (symbolic, explicit) = (

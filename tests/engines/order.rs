@@ -5,8 +5,7 @@ use meliora::advanced::symbolic::{Bit, order};
 use crate::common::prelude::*;
 
 fn program(text: &str) -> Program {
-    let none = SourceFile::new("constants", "");
-    lang::load(&SourceFile::new("m", text), &none).unwrap().program
+    parsed(text)
 }
 
 /// The bits in the order of `auto`.

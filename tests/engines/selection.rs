@@ -70,8 +70,7 @@ proptest! {
 }
 
 pub(crate) fn program(text: &str) -> Arc<Program> {
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 /// Builds the engine that is the first to know all states.

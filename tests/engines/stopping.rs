@@ -49,8 +49,7 @@ fn ways((length, width): Size) -> (Arc<Program>, Arc<Preferences>) {
         "mdp const int L={length}; module m x : [0..L+2]; y : [0..{width}]; [go] x<L -> (x'=x+1);\n\
         [flip] x=L -> 0.5: (x'=L+1) + 0.5: (x'=L+2); endmodule init x=0 endinit"
     );
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = parsed(text);
     let text = "objective B = F x=L+1; objective C = F x=L+2;";
     let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", text), program).unwrap();

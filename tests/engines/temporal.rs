@@ -121,8 +121,7 @@ fn engines(program: &Program, scope: Scope) -> (SymbolicEngine, ExplicitEngine) 
 #[test]
 fn conditions_of_the_model_are_read_in_its_product_and_not_the_other_way_round() {
     let text = "mdp module m s:[0..2]; [] s<2 -> (s'=s+1); [] true -> (s'=0); endmodule";
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = parsed(text);
     let product = |formula: &str| {
         let source = SourceFile::new("formula", formula);
         let mut watching = Monitoring::new(&program);

@@ -51,8 +51,7 @@ fn check(case: &Case, safety: Safety, moves: &[(usize, f64)]) -> Result<(), Test
     let (program, preferences) = loaded(&case.raw.text(), &case.preferences());
     let settings = || settings(Scope::All, thresholds()[0]);
     let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings()).unwrap());
-    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, ..Options::default() });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options { safety, ..Options::default() });
     if analysis.levels(Kind::Spi).found.is_empty() {
         return Ok(());
     }

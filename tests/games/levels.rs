@@ -282,8 +282,7 @@ fn check<E: Engine>(
     safety: Safety,
 ) {
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), preferences, options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), preferences, options);
     let (case, names) = (reference.case, names(&reference.case.raw));
     let plans = Kind::ALL.iter().map(|&kind| reference.plans(kind, safety)).collect::<Vec<_>>();
     for s in 0..case.raw.len() {

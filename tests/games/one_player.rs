@@ -47,8 +47,7 @@ fn preferences(targets: &[Predicate]) -> Arc<Preferences> {
 
 fn analysed(engine: AnyEngine, targets: &[Predicate], safety: Safety) -> AnalysisResult {
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), &preferences(targets), options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), &preferences(targets), options);
     analysis.result().clone()
 }
 
@@ -56,8 +55,7 @@ fn analysed(engine: AnyEngine, targets: &[Predicate], safety: Safety) -> Analysi
 fn explained(engine: AnyEngine, program: &Arc<Program>, safety: Safety) -> Vec<Explanation> {
     let targets = [0, 1].map(|at| program.labels[at].1).map(|target| program.predicate(target));
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), &preferences(&targets), options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), &preferences(&targets), options);
     let engine = analysis.engine();
     let states = engine.list_states(&engine.all_states(), 40).unwrap();
     let mut found = Vec::new();

@@ -150,7 +150,7 @@ fn backwards<'a>(n: usize, target: &[bool], next: impl Fn(usize) -> &'a [usize])
 
 /// Reads a game.
 pub(crate) fn program(text: &str) -> Program {
-    lang::load(&SourceFile::new("game", text), &SourceFile::new("", "")).unwrap().program
+    parsed(text)
 }
 
 /// Reads a game and preferences.

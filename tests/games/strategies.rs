@@ -25,8 +25,7 @@ impl Analysed {
         let (program, preferences) = loaded(text, preferences);
         let settings = Settings { storage, ..settings(Scope::All, thresholds()[0]) };
         let engine = Arc::new(AnyEngine::new(program.clone(), settings).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, ..Options::default() });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, ..Options::default() });
         Analysed { program, preferences, analysis }
     }
 

@@ -398,8 +398,7 @@ pub(super) fn analysed<E: Engine>(
     safety: Safety,
 ) -> (Analysis<E>, AnalysisResult) {
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), preferences, options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), preferences, options);
     let result = analysis.result().clone();
     (analysis, result)
 }

@@ -8,7 +8,7 @@ const MODEL: &str = "mdp\nmodule m\n  x : [0..3] init 0;\n  [] x<3 -> (x'=x+1);\
                      label \"done\" = x=3;\nformula half = x>=2;\n";
 
 fn program() -> Program {
-    lang::load(&SourceFile::new("m", MODEL), &SourceFile::new("--const", "")).unwrap().program
+    parsed(MODEL)
 }
 
 fn load(text: &str) -> Result<Preferences, Error> {

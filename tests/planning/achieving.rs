@@ -97,10 +97,7 @@ impl Drawn {
         for (i, j) in self.above.iter().filter(|(i, j)| i > j && *i < self.formulas.len()) {
             wishes += &format!("prefer o{i} > o{j};\n");
         }
-        let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-        let lang::Task { program, preferences } =
-            lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
-        (Arc::new(program), Arc::new(preferences))
+        task(text, wishes)
     }
 
     /// The objectives that the states of a path decide.
@@ -123,8 +120,7 @@ fn analysed(drawn: &Drawn, storage: Storage, safety: Safety) -> Analysed {
     let (program, preferences) = drawn.load();
     let settings = Settings { scope: Scope::Reachable, storage, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());
-    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
     (program, analysis)
 }
 

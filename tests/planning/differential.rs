@@ -250,8 +250,7 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
         let preferences = Arc::new(preferences);
         for &safety in Safety::ALL {
             let tiny = analyse(&reference.tiny, &tiny_preferences, safety);
-            let mut found = Analysis::new(engine, &preferences, Options { safety, max_level: None });
-            found.run(&mut |_| ()).unwrap();
+            let found = finished(engine, &preferences, Options { safety, max_level: None });
             Check { world, reference, literal: &literal, found: &found, tiny: &tiny }.all();
         }
     }

@@ -19,17 +19,12 @@ fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {
     parameters.slippery = [10, 30][seed as usize / 2 % 2];
     let choices = Choices { seed, ..Choices::default() };
     let written = gridworld(&parameters, &choices).unwrap();
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", written.model), &none).unwrap().program;
-    let preferences = SourceFile::new("p", written.preferences);
-    let lang::Task { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
-    (Arc::new(program), Arc::new(preferences))
+    task(written.model, written.preferences)
 }
 
 fn results<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>) -> Vec<AnalysisResult> {
     let result = |safety| {
-        let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(engine, preferences, Options { safety, max_level: None });
         analysis.result().clone()
     };
     Safety::ALL.iter().map(|&safety| result(safety)).collect()

@@ -69,7 +69,6 @@ impl Case {
 
 /// The finished analysis.
 pub(crate) fn analyse(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<Tiny> {
-    let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(engine, preferences, Options { safety, max_level: None });
     analysis
 }

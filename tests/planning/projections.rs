@@ -20,9 +20,7 @@ fn with_projections(
     let program = Arc::new(program);
     let settings = Settings { scope, memory: 256 << 20, ..Settings::default() };
     let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());
-    let mut analysis =
-        Analysis::new(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
     let at = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
     let projections = projections::build(&analysis, plane, &at, nodes).unwrap();
     test(&engine, &analysis, &projections);

@@ -272,8 +272,7 @@ pub(crate) fn preferences(world: &World, empty: Empty) -> Preferences {
 fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
     let preferences = Arc::new(preferences(world, empty));
     for &safety in Safety::ALL {
-        let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(engine, &preferences, Options { safety, max_level: None });
         let right = Check::new(world, &analysis, true);
         right.all();
         let rounded = Check::new(world, &analysis, false);

@@ -22,8 +22,7 @@ const FAMILIES: &[(&str, &str)] = &[
 ];
 
 fn analysed<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<E> {
-    let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(engine, preferences, Options { safety, max_level: None });
     analysis
 }
 

@@ -14,15 +14,10 @@ const MODEL: &str = "mdp
     endmodule";
 
 fn analysis(storage: Storage, preferences: &str) -> (Analysis, Arc<Program>) {
-    let none = SourceFile::new("--const", "");
-    let program = lang::load(&SourceFile::new("m", MODEL), &none).unwrap().program;
-    let lang::Task { program, preferences } =
-        lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
-    let program = Arc::new(program);
+    let (program, preferences) = task(MODEL, preferences);
     let settings = Settings { storage, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());
-    let mut analysis = Analysis::new(&engine, &Arc::new(preferences), Options::default());
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options::default());
     (analysis, program)
 }
 

@@ -76,8 +76,7 @@ fn check_classes(analysis: &Analysis<Tiny>, literal: &Literal<'_>) {
 /// Checks that a search that is cut after the first level knows a lower bound.
 fn check_cut(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, whole: &Analysis<Tiny>) {
     let options = Options { max_level: Some(1), ..whole.options() };
-    let mut cut = Analysis::new(engine, preferences, options);
-    cut.run(&mut |_| ()).unwrap();
+    let cut = finished(engine, preferences, options);
     for kind in [Kind::Sasi, Kind::Spi] {
         for s in engine.all_states().into_iter().map(|s| s as i64) {
             let [rank, least] =

@@ -52,8 +52,7 @@ impl Shop {
         let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, order, ..Settings::default() };
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).ok()?);
         let options = Options { safety: *safety, max_level: *max_level };
-        let mut analysis = Analysis::new(&engine, &preferences, options);
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, options);
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let content = DumpContent { wanted: &|_| true, certificate: true };

@@ -16,7 +16,7 @@ fn outcomes(steps: Result<Vec<Step>, StepError>) -> Option<Vec<Vec<(State, f64)>
 
 fn read(program: &Program) -> Program {
     let text = write::document(program).to_string();
-    lang::load(&SourceFile::new("random.jani", text), &SourceFile::new("c", "")).unwrap().program
+    parsed(text)
 }
 
 proptest! {
