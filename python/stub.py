@@ -143,8 +143,8 @@ RESULTS = {
 OVERLOADS = {
     "Levels.__getitem__": [({"index": "int"}, "Region"), ({"index": "slice"}, "tuple[Region, ...]")],
     "Model.ask": [
-        ({"properties": "str", "file": "None", "constants": "None"}, "Answer"),
-        ({"properties": "list[str] | tuple[str, ...]", "file": "None", "constants": "None"}, "list[Answer]"),
+        ({"properties": "str", "file": "None", "constants": "None", "only": "None"}, "Answer"),
+        ({"properties": "list[str] | tuple[str, ...]", "file": "None", "constants": "None", "only": "None"}, "list[Answer]"),
         ({"properties": "None"}, "Any"),
     ],
     "Shield.correct": [({"action": "str"}, "str"), ({"action": "int"}, "int")],

@@ -180,7 +180,7 @@ pub mod tutorial;
 #[doc(inline)]
 pub use embed::{
     Analysis, Ask, AskResult, Exploration, Listing, Missed, Model, NamedStates, Position, Projection,
-    Properties, Reached, Record, RecordedRun, ShieldTable, States, Task, Wanted,
+    Properties, PropertyFile, Reached, Record, RecordedRun, ShieldTable, States, Task, Terms, Wanted,
 };
 #[doc(inline)]
 #[cfg(feature = "output")]
@@ -321,6 +321,7 @@ pub mod quantities {
 
 /// Properties and their answers, from [`meliora_question`].
 pub mod question {
+    pub use crate::embed::Kept;
     #[doc(inline)]
     pub use meliora_question::{
         Answer, Answers, Asking, Job, Listener, Options, PathGoal, PolicyKind, Questions, Required, Stopping,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use meliora::engine::Selection;
 use meliora::question::WantedStrategies;
 use meliora::question::shield::Threshold;
-use meliora::{Limit, Properties, Settings, SourceFile};
+use meliora::{Limit, Properties, PropertyFile, Settings, SourceFile};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use serde_json::to_string;
@@ -158,7 +158,10 @@ impl Model {
     ///         for the goal of a planning problem, or for all that the model names.
     ///     file: A property file in PRISM's language, instead of `properties`.
     ///     constants: Values of the constants that the file leaves undefined, by name.
+    ///     only: The name of the only property of the file that is asked for.
     ///     require: Safe formulas such as 'G x < 3' that every strategy must keep.
+    ///     stop_at_target: Do not explore the states behind those that decide the question, one property. The answer is
+    ///         the same.
     ///     precision: The largest width of the bounds of a number, relative to the number above 1.
     ///     policy: Also return, as `policy`, what `meliora reach --policy` writes: the strategy that attains the answer to
     ///         the only property, the strategies of `multi`, or for `Pmax>=1 [ F … ]` a list of rules. None if there are
@@ -174,14 +177,16 @@ impl Model {
     /// Raises:
     ///     InputError: A text is wrong, or the only property cannot be answered.
     ///     LimitError: A limit was reached; its `known["properties"]` has the answers so far.
-    #[pyo3(signature = (properties=None, *, file=None, constants=None, require=None, precision=1e-6, policy=false, opponent_policy=false, strong=false, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
+    #[pyo3(signature = (properties=None, *, file=None, constants=None, only=None, require=None, stop_at_target=false, precision=1e-6, policy=false, opponent_policy=false, strong=false, scope="reachable", engine="auto", memory=None, order=None, timeout=None, progress=None))]
     #[expect(clippy::too_many_arguments, reason = "they have names in Python")]
     fn ask(
         slf: &Bound<'_, Self>,
         properties: Option<&Bound<'_, PyAny>>,
         file: Option<PathBuf>,
         constants: Option<&Bound<'_, PyDict>>,
+        only: Option<String>,
         require: Option<Vec<String>>,
+        stop_at_target: bool,
         precision: f64,
         policy: bool,
         opponent_policy: bool,
@@ -194,7 +199,7 @@ impl Model {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Py<PyAny>> {
         let (py, model) = (slf.py(), slf.get());
-        let given = Texts::of(&model.inner, properties, (py, file, constants))?;
+        let given = Texts::of(&model.inner, properties, (py, file, constants, only))?;
         if !(precision > 0.0 && precision < 1.0) {
             return Err(usage(format!("precision={precision}: expected a number between 0 and 1")));
         }
@@ -203,7 +208,7 @@ impl Model {
         let opponent = opponent_policy;
         let (require, strategies) =
             (require.unwrap_or_default(), WantedStrategies { strong, policy, opponent });
-        let ask = meliora::Ask { require, precision, strategies, engine };
+        let ask = meliora::Ask { require, stops_at_target: stop_at_target, precision, strategies, engine };
         let (call, inner, is_one) = (Call::new(timeout, progress)?, model.inner.clone(), given.is_one());
         let found = space.worker.phase(py, &call, "properties", move || given.ask(&inner, &ask, settings))?;
         let answers = values::plain(py, to_string(&found.answers.properties))?;
@@ -315,11 +320,14 @@ pub(crate) fn ended(
     })
 }
 
+/// A property file, the values of its constants, and the name of its only property.
+type GivenFile<'a, 'py> = (Python<'py>, Option<PathBuf>, Option<&'a Bound<'py, PyDict>>, Option<String>);
+
 /// The properties of a call of `ask`.
 enum Texts {
     One(String),
     Several(Vec<String>),
-    File(Arc<SourceFile>, String),
+    File { source: Arc<SourceFile>, constants: Arc<SourceFile>, only: Option<String> },
     Named,
 }
 
@@ -327,13 +335,15 @@ impl Texts {
     fn of(
         model: &meliora::Model,
         properties: Option<&Bound<'_, PyAny>>,
-        (py, file, constants): (Python<'_>, Option<PathBuf>, Option<&Bound<'_, PyDict>>),
+        (py, file, constants, only): GivenFile<'_, '_>,
     ) -> PyResult<Self> {
         match (properties, file) {
             (Some(_), Some(_)) => Err(usage("`properties` and `file` exclude each other")),
             (None, Some(file)) => {
-                Ok(Texts::File(files::open(py, &file)?, values::constants_text(constants)?))
+                let constants = SourceFile::new("constants", values::constants_text(constants)?);
+                Ok(Texts::File { source: files::open(py, &file)?, constants, only })
             }
+            _ if only.is_some() => Err(usage("`only` names a property of a file")),
             _ if constants.is_some() => Err(usage("`constants` are those of a property file")),
             (Some(given), None) if given.is_instance_of::<PyString>() => Ok(Texts::One(given.extract()?)),
             (Some(given), None) => match given.extract::<Vec<String>>()? {
@@ -366,7 +376,10 @@ impl Texts {
                 let texts = Vec::from_iter(texts.iter().map(String::as_str));
                 model.ask(Properties::Texts(&texts), ask, settings)
             }
-            Texts::File(source, constants) => model.ask(Properties::File(source, constants), ask, settings),
+            Texts::File { source, constants, only } => {
+                let file = PropertyFile { source, constants, only: only.as_deref() };
+                model.ask(Properties::File(file), ask, settings)
+            }
             Texts::Named => model.ask(Properties::Named, ask, settings),
         }
     }

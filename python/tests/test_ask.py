@@ -150,7 +150,29 @@ def test_policies_and_strong_plans_come_with_the_answer(walk: meliora.Model) -> 
     found = walk.ask("multi(Pmax>=0.5 [ F x=2 ], Pmax>=0.1 [ F x=1 ])", policy=True)
     shares = [Fraction(str(one["share"])) for one in found["policy"]["strategies"]]
     assert sum(shares) == 1
+    found = walk.ask("Pmax>=1 [ G F x=2 ]", policy=True)
+    assert meliora.Policy(found["policy"])({"x": 0}) == "right"
     with pytest.raises(errors.UsageError, match="reaching a target"):
-        walk.ask("Pmax>=1 [ G F x=2 ]", policy=True)
+        walk.ask("Pmax>=1 [ G F x=2 ]", strong=True)
     with pytest.raises(errors.UsageError, match="requirements"):
         walk.ask("Pmax>=1 [ F x=2 ]", policy=True, require=["G x<3"])
+
+
+def test_a_part_of_the_states_or_of_a_file_can_be_asked(tmp_path: Path, walk: meliora.Model) -> None:
+    for text in ("Pmax>=1 [ F x=2 ]", "Pmax=? [ F x=3 ]", "P>=1 [ F x=3 ]"):
+        whole, part = walk.ask(text), walk.ask(text, stop_at_target=True)
+        assert (part["holds"], part.get("value")) == (whole["holds"], whole.get("value"))
+    with pytest.raises(errors.UsageError, match="`stop_at_target` needs one"):
+        walk.ask(["P>0 [ F x=1 ]", "P>0 [ F x=2 ]"], stop_at_target=True)
+    with pytest.raises(errors.UsageError, match="`stop_at_target` cannot be used with `require`"):
+        walk.ask("P>0 [ F x=1 ]", stop_at_target=True, require=["G x<3"])
+    with pytest.raises(errors.UsageError, match="without `stop_at_target`"):
+        walk.ask("Pmax>=1 [ F x=2 ]", stop_at_target=True, policy=True)
+    file = tmp_path / "walk.props"
+    file.write_text('"near": P>0 [ F x=1 ];\n"far": Pmax>0 [ F x=4 ];\n')
+    (far,) = walk.ask(file=file, only="far")
+    assert (far["name"], far["holds"]) == ("far", True)
+    with pytest.raises(errors.UsageError, match="no property with the name `other`"):
+        walk.ask(file=file, only="other")
+    with pytest.raises(errors.UsageError, match="names a property of a file"):
+        walk.ask("P>0 [ F x=1 ]", only="far")  # type: ignore[call-overload]

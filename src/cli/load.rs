@@ -14,7 +14,6 @@ use meliora_lang::Given;
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_question::warnings::overlap;
-use meliora_question::{Required, list};
 
 use super::model_files::ModelFiles;
 use super::options::{ModelArgs, PreferenceArgs};
@@ -175,14 +174,6 @@ pub(super) fn note_assumed(program: &Program, sink: &TerminalSink) {
              possible and impossible do not depend on them",
         );
     }
-}
-
-/// Reads `--require`.
-///
-/// # Errors
-/// The syntax of a formula is wrong.
-pub(super) fn required(texts: &[String]) -> Result<Vec<Required>, Error> {
-    list::required("--require", texts.iter().map(String::as_str))
 }
 
 /// Checks that a directory contains a dump, so that errors name the directory and not a missing

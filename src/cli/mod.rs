@@ -22,7 +22,6 @@ mod policy;
 mod policy_file;
 mod progress;
 mod progress_line;
-mod properties;
 mod signals;
 mod supervise;
 mod sweep;

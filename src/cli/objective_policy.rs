@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
-use meliora::Task;
 use meliora::supervise::lock;
+use meliora::{Task, Terms};
 use meliora_base::error::Error;
 use meliora_model::preference::Objective;
 use meliora_quantities::PRECISION;
@@ -13,7 +13,7 @@ use meliora_question::plan::Plan;
 use meliora_question::{Asking, Questions};
 use meliora_report::ReachReport;
 
-use super::asked::{self, Texts};
+use super::asked::Texts;
 use super::exit::Status;
 use super::load;
 use super::options::{EngineArgs, ModelArgs, PreferenceArgs, ShownArgs};
@@ -63,8 +63,9 @@ impl OfObjective {
         let asked = if self.preferences.preferences.as_os_str().is_empty() {
             let label = format!("\"{name}\"");
             let target = self.objective.as_ref().map(|_| label.as_str());
-            let texts = Texts { target, properties: &[], require: &[], regions: false };
-            asked::read(&self.model, &texts, sink)?
+            Texts { target, terms: Terms { prefix: "--", ..Terms::default() }, ..Texts::default() }
+                .read(&self.model, sink)?
+                .0
         } else {
             let task = load::task(&self.model, &self.preferences, sink)?;
             let preferences = &task.preferences;

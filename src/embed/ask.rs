@@ -1,41 +1,24 @@
 //! Properties of a model, answered as the command does.
 
-use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::sync::Arc;
 
 use super::Model;
-use meliora_base::error::{Error, Limit, Result, SourceFile};
-use meliora_base::progress::ProgressSink;
-use meliora_base::sync::lock;
+use super::kept::Kept;
+use super::questions::{Properties, Terms};
+use meliora_base::error::{Error, Limit, Result};
 use meliora_engine::{Selection, Settings, Usage};
-use meliora_lang as lang;
 use meliora_model::Program;
 use meliora_quantities::PRECISION;
-use meliora_question::answers::{OneQuestion, PropertyAnswer};
-use meliora_question::list::Listed;
-use meliora_question::plan::Planned;
-use meliora_question::{
-    Answers, Listener, Options, Questions, Strategies, WantedStrategies, Warning, list, pipeline, race,
-};
-
-/// The properties that are asked.
-#[derive(Debug, Clone, Copy)]
-pub enum Properties<'a> {
-    /// Texts, and names of those that the model names.
-    Texts(&'a [&'a str]),
-    /// The same, where one that cannot be read has a reason, as in a file.
-    Each(&'a [&'a str]),
-    /// All of a property file in PRISM's language, with values for its constants: `K=4`, or the empty text.
-    File(&'a Arc<SourceFile>, &'a str),
-    /// All that the model names.
-    Named,
-}
+use meliora_question::answers::OneQuestion;
+use meliora_question::{Answers, Options, Questions, Strategies, WantedStrategies, Warning, pipeline};
 
 /// Requirements and wishes next to properties, and the engine that answers these.
 #[derive(Debug, Clone)]
 pub struct Ask {
     /// Safe formulas that every strategy must keep: `G p`.
     pub require: Vec<String>,
+    /// The states behind those that decide the only question are not explored; the answer is the same.
+    pub stops_at_target: bool,
     /// The largest width of a number, relative to the number above 1.
     pub precision: f64,
     /// The strategies that are wanted of the only property.
@@ -46,8 +29,8 @@ pub struct Ask {
 
 impl Default for Ask {
     fn default() -> Self {
-        let (require, strategies) = Default::default();
-        Ask { require, precision: PRECISION, strategies, engine: Selection::open() }
+        let (require, stops_at_target, strategies) = Default::default();
+        Ask { require, stops_at_target, precision: PRECISION, strategies, engine: Selection::open() }
     }
 }
 
@@ -103,12 +86,6 @@ impl AskResult {
 }
 
 impl Model {
-    /// Returns the question of a planning problem: whether a plan reaches its goal almost surely; `None` if there is no
-    /// goal that must hold.
-    pub fn goal_property(&self) -> Option<&'static str> {
-        list::of_goal(self.program())
-    }
-
     /// Answers properties: conditions on states, whose operators ask for
     /// probabilities, rewards, several objectives. Requests about the initial states are answered before all states are
     /// known where one of several ways can do so. Properties share their regions. One that is not answered has a reason if
@@ -136,188 +113,31 @@ impl Model {
     /// A text is wrong, each error with its place; the only property cannot be answered; the errors of
     /// [`Model::explore`], save that a limit leaves the answers so far.
     pub fn ask(&self, properties: Properties<'_>, ask: &Ask, settings: Settings) -> Result<AskResult> {
-        let (questions, entries) = self.questions(properties, &ask.require)?;
+        let (is_one, stops_at_target) = (properties.is_one(), ask.stops_at_target);
+        let terms = Terms { require: &ask.require, stops_at_target, ..Terms::default() };
+        terms.check_stop(is_one, settings.scope)?;
+        if stops_at_target && ask.strategies != WantedStrategies::default() {
+            let message = "a strategy is about all states that it visits: ask without `stop_at_target`";
+            return Err(Error::Usage(message.to_owned()));
+        }
+        let (questions, properties) = self.clone().questions(properties, &terms)?;
         questions.check(ask.strategies)?;
-        let options = Options {
-            selected: ask.engine.clone(),
-            precision: ask.precision,
-            is_one: matches!(properties, Properties::Texts([_]) | Properties::Each([_])),
-            regions: false,
-            strategies: ask.strategies,
-            settings,
-        };
-        answered(&questions, entries, &options)
-    }
-
-    /// Returns the names of the properties that the model names.
-    pub fn properties(&self) -> impl Iterator<Item = &str> {
-        self.properties.iter().map(|property| property.name.as_str())
-    }
-
-    fn questions(
-        &self,
-        properties: Properties<'_>,
-        require: &[String],
-    ) -> Result<(Questions, Vec<PropertyAnswer>)> {
-        let mut program = Program::clone(self.program());
-        let required = list::required("require", require.iter().map(String::as_str))?;
-        let all = match properties {
-            Properties::Texts(texts) => {
-                let named = (&program, &self.properties[..]);
-                let plan = list::planned(named, ("property", texts.iter().copied()), &required, false)?;
-                let open = |property: &Planned| PropertyAnswer::open(None, property.text.clone(), None);
-                let entries = plan.properties.iter().map(open).collect();
-                return Ok((Questions::new(program, plan, required, false), entries));
-            }
-            Properties::File(source, constants) => {
-                let constants = SourceFile::new("constants", constants);
-                let stated = lang::parse_properties(source, &constants, &mut program)?;
-                Vec::from_iter(stated.into_iter().map(Listed::from))
-            }
-            Properties::Each(texts) => list::each((&program, &self.properties), ("property", texts)),
-            Properties::Named => list::named(&program, &self.properties),
-        };
-        let (plan, entries) = list::list(&program, &required, false, all.into_iter())?;
-        Ok((Questions::new(program, plan, required, true), entries))
+        let (selected, precision, strategies) = (ask.engine.clone(), ask.precision, ask.strategies);
+        let options = Options { settings, selected, precision, is_one, regions: false, strategies };
+        let one = is_one.then(OneQuestion::default);
+        answered(&questions, Answers { one, properties, stops_at_target, ..Answers::default() }, &options)
     }
 }
 
 /// Answers questions; a limit leaves the answers so far.
-fn answered(questions: &Questions, properties: Vec<PropertyAnswer>, options: &Options) -> Result<AskResult> {
-    let one = options.is_one.then(OneQuestion::default);
-    let answers = Answers { one, properties, ..Answers::default() };
-    let state = State { answers, ..State::default() };
-    let sink = Arc::clone(&options.settings.sink);
-    let limit = sink.remaining();
-    let kept = Kept { state: Arc::new(Mutex::new(state)), sink: Arc::new(Shared::new(sink, limit, None)) };
+fn answered(questions: &Questions, answers: Answers, options: &Options) -> Result<AskResult> {
+    let kept = Kept::new(answers, Arc::clone(&options.settings.sink));
     let (strategies, limit) = match pipeline::answer(&kept, options, questions) {
         Ok(strategies) => (strategies, None),
         Err(Error::Limit(limit)) => (Strategies::default(), Some(limit)),
         Err(error) => return Err(error),
     };
-    let State { answers, warnings, usage, .. } = lock(&kept.state).clone();
+    let ((answers, warnings), usage) = (kept.known(), kept.usage());
     let (program, text) = (Arc::clone(&questions.program), questions.text());
     Ok(AskResult { answers, strategies, warnings, usage, limit, program, text })
-}
-
-/// Answers that are kept while others are found, for a way of a race.
-struct Kept {
-    state: Arc<Mutex<State>>,
-    sink: Arc<Shared>,
-}
-
-#[derive(Clone, Default)]
-struct State {
-    answers: Answers,
-    warnings: Vec<Warning>,
-    usage: Option<Usage>,
-    /// The limit that has ended the first share of the work.
-    ended: Option<Limit>,
-}
-
-/// The sink of the caller, with the end of a share of the time.
-struct Shared {
-    sink: Arc<dyn ProgressSink>,
-    /// The time that all of the work has.
-    limit: Option<Duration>,
-    /// The end of the share on the clock of the caller.
-    end: Mutex<Option<Duration>>,
-}
-
-impl Shared {
-    fn new(sink: Arc<dyn ProgressSink>, limit: Option<Duration>, end: Option<Duration>) -> Self {
-        Shared { sink, limit, end: Mutex::new(end) }
-    }
-}
-
-impl ProgressSink for Shared {
-    fn stop(&self) -> Option<Limit> {
-        let is_late = || lock(&self.end).is_some_and(|end| end <= self.sink.clock());
-        let late = || is_late().then(|| Limit::Share(self.limit.unwrap_or_default()));
-        self.sink.stop().or_else(late)
-    }
-
-    fn advance(&self, steps: u64) {
-        self.sink.advance(steps);
-    }
-
-    fn clock(&self) -> Duration {
-        self.sink.clock()
-    }
-
-    fn remaining(&self) -> Option<Duration> {
-        self.sink.remaining()
-    }
-
-    fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
-        self.sink.progress(phase, detail);
-    }
-}
-
-impl race::Job for Kept {
-    fn copy(&self) -> Self {
-        let state = Arc::new(Mutex::new(lock(&self.state).clone()));
-        Kept { state, sink: Arc::clone(&self.sink) }
-    }
-
-    fn of_way(&self, _: usize) -> Self {
-        let Shared { sink, limit, end } = &*self.sink;
-        let sink = Shared::new(Arc::clone(sink), *limit, *lock(end));
-        Kept { sink: Arc::new(sink), ..self.copy() }
-    }
-
-    fn sink(&self) -> Arc<dyn ProgressSink> {
-        Arc::clone(&self.sink) as _
-    }
-
-    fn leave_to(&self, way: Self) -> Self {
-        Kept { state: Arc::clone(&self.state), sink: way.sink }
-    }
-
-    fn take(&self, other: &Self) {
-        if !Arc::ptr_eq(&self.state, &other.state) {
-            let state = lock(&other.state).clone();
-            *lock(&self.state) = state;
-        }
-    }
-}
-
-impl Listener for Kept {
-    fn change(&self, change: &mut dyn FnMut(&mut Answers)) {
-        change(&mut lock(&self.state).answers);
-    }
-
-    fn used(&self, usage: Usage) {
-        let known = &mut lock(&self.state).usage;
-        *known = Some(match *known {
-            Some(known) if known.peak_nodes > usage.peak_nodes => known,
-            _ => usage,
-        });
-    }
-
-    fn begin(&self, _: &'static str) {}
-
-    fn end(&self, _: &'static str, _: &'static str) {}
-
-    fn warn(&self, warning: Warning) {
-        lock(&self.state).warnings.push(warning);
-    }
-
-    fn stop(&self) -> Option<Limit> {
-        self.sink.sink.stop()
-    }
-
-    fn share(&self, parts: Option<usize>) {
-        let parts = parts.and_then(|parts| u32::try_from(parts).ok()?.checked_add(1));
-        let left = parts.and_then(|parts| Some(self.sink.remaining()? / parts));
-        *lock(&self.sink.end) = left.map(|left| self.sink.clock() + left);
-    }
-
-    fn end_share(&self, limit: Limit) {
-        lock(&self.state).ended.get_or_insert(limit);
-    }
-
-    fn ended_share(&self) -> Option<Limit> {
-        lock(&self.state).ended.take()
-    }
 }

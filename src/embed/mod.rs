@@ -8,8 +8,8 @@
 //! Clones are cheap: they share results.
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
-//! `named_states`, `projection`, `model`, `task`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `dumps`,
-//! `work`, `shield`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`,
+//! `named_states`, `projection`, `model`, `task`,
+//! `questions`, `kept`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `dumps`, `work`, `shield`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`,
 //! `induced_files`, `region_dump`, `policies`, `sweep`.
 
 mod analysis;
@@ -27,6 +27,7 @@ pub mod explicit_files;
 mod exploration;
 #[cfg(feature = "output")]
 pub mod induced_files;
+mod kept;
 mod levels;
 mod members;
 mod model;
@@ -37,6 +38,7 @@ mod page;
 mod policies;
 mod projection;
 mod quantities;
+mod questions;
 mod record;
 #[cfg(feature = "output")]
 pub mod region_dump;
@@ -57,12 +59,13 @@ pub mod values;
 mod work;
 
 pub use analysis::Analysis;
-pub use ask::{Ask, AskResult, Properties};
+pub use ask::{Ask, AskResult};
 #[cfg(feature = "output")]
 pub use compare::compare;
 pub use dumps::GivenDump;
 pub use episodes::{Missed, Position, ShieldTable};
 pub use exploration::{Exploration, Reached};
+pub use kept::Kept;
 pub use members::Listing;
 pub use model::Model;
 pub use named_states::{NamedStates, listed};
@@ -72,6 +75,7 @@ pub use page::PageRun;
 pub use policies::{GivenPolicy, PolicyAim};
 pub use projection::Projection;
 pub use quantities::Wanted;
+pub use questions::{Properties, PropertyFile, Terms};
 pub use record::{Record, RecordedRun};
 #[cfg(feature = "output")]
 pub use report::Drawing;
@@ -79,4 +83,4 @@ pub use results::strategy_of;
 pub use states::States;
 pub use task::Task;
 #[cfg(feature = "output")]
-pub use work::{Kept, Work};
+pub use work::Work;

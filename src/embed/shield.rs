@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Model;
-use super::work::Kept;
+use super::kept::Kept;
 use meliora_base::error::Result;
 use meliora_engine::{AnyEngine, Selection, Settings};
 use meliora_planning::Shield;

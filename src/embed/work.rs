@@ -1,11 +1,11 @@
 //! Long work, with a report that grows: the results so far are there whenever the work ends.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 
+use super::kept::Kept;
 use meliora_base::error::Result;
 use meliora_base::progress::ProgressSink;
-use meliora_base::sync::lock;
-use meliora_question::{Warning, race};
+use meliora_question::Warning;
 
 /// Keeps the report `R` of some work while it grows, and hears of the work.
 pub trait Work<R>: Sync {
@@ -77,29 +77,9 @@ impl<R> dyn Work<R> + '_ {
     }
 }
 
-/// A report that is kept while it grows, without times; its ways may race. The warnings are kept with it.
-pub struct Kept<R> {
-    state: Arc<Mutex<(R, Vec<Warning>)>>,
-    sink: Arc<dyn ProgressSink>,
-}
-
-impl<R> Kept<R> {
-    /// Begins with a report.
-    pub fn new(report: R, sink: Arc<dyn ProgressSink>) -> Self {
-        Kept { state: Arc::new(Mutex::new((report, Vec::new()))), sink }
-    }
-}
-
-impl<R: Clone> Kept<R> {
-    /// Returns the report so far, and the warnings.
-    pub fn known(&self) -> (R, Vec<Warning>) {
-        lock(&self.state).clone()
-    }
-}
-
 impl<R: Send> Work<R> for Kept<R> {
     fn change(&self, change: &mut dyn FnMut(&mut R)) {
-        change(&mut lock(&self.state).0);
+        Kept::change(self, change);
     }
 
     fn begin(&self, _: &'static str) {}
@@ -111,35 +91,16 @@ impl<R: Send> Work<R> for Kept<R> {
     fn part(&self, _: &'static str, _: &str) {}
 
     fn warn(&self, warning: Warning) {
-        lock(&self.state).1.push(warning);
+        Kept::warn(self, warning);
     }
 
     fn note(&self, _: &str) {}
 
-    fn share(&self, _: Option<usize>) {}
-
-    fn sink(&self) -> Arc<dyn ProgressSink> {
-        Arc::clone(&self.sink)
-    }
-}
-
-impl<R: Clone + Send> race::Job for Kept<R> {
-    fn copy(&self) -> Self {
-        Kept { state: Arc::new(Mutex::new(self.known())), sink: Arc::clone(&self.sink) }
+    fn share(&self, parts: Option<usize>) {
+        Kept::share(self, parts);
     }
 
     fn sink(&self) -> Arc<dyn ProgressSink> {
-        Arc::clone(&self.sink)
-    }
-
-    fn leave_to(&self, way: Self) -> Self {
-        Kept { state: Arc::clone(&self.state), sink: way.sink }
-    }
-
-    fn take(&self, other: &Self) {
-        if !Arc::ptr_eq(&self.state, &other.state) {
-            let known = other.known();
-            *lock(&self.state) = known;
-        }
+        Kept::sink(self)
     }
 }

@@ -102,7 +102,7 @@ pub(crate) fn parts(text: &str) -> Parts {
 /// # Errors
 /// A bracket without its partner, or a word outside of brackets.
 pub(crate) fn parse(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result<Vec<Node>> {
-    let mut reader = Reader { source, at: 0, poll: Poll::new(sink) };
+    let mut reader = BracketReader { source, at: 0, poll: Poll::new(sink) };
     let mut all = Vec::new();
     while let Some(start) = reader.next() {
         if !source.text[start..].starts_with(['(', ')']) {
@@ -115,13 +115,13 @@ pub(crate) fn parse(source: &Arc<SourceFile>, sink: &dyn ProgressSink) -> Result
     Ok(all)
 }
 
-struct Reader<'s> {
+struct BracketReader<'s> {
     source: &'s Arc<SourceFile>,
     at: usize,
     poll: Poll<'s>,
 }
 
-impl Reader<'_> {
+impl BracketReader<'_> {
     /// Skips spaces and comments. Returns the place of what follows; `None` at the end.
     fn next(&mut self) -> Option<usize> {
         loop {

@@ -91,6 +91,11 @@ pub fn of_goal(program: &Program) -> Option<&'static str> {
     planning.has_goal().then_some("Pmax>=1 [ F \"goal\" ]")
 }
 
+/// Returns the error for a name that no property of a file has.
+pub fn no_property(source: &SourceFile, name: &str) -> Error {
+    Error::Usage(format!("{} has no property with the name `{name}`", source.name))
+}
+
 /// Reads a property, or finds the one with this name among those that the model names. Messages call the text `name`.
 ///
 /// # Errors

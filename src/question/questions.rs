@@ -45,7 +45,7 @@ pub struct Options {
 }
 
 /// The strategies that are wanted.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct WantedStrategies {
     /// The states with a strong plan.
     pub strong: bool,

@@ -161,7 +161,7 @@ pub fn read(source: &Arc<SourceFile>, program: &Program, preferences: &Preferenc
         wrong.help("expected a file of `strategy --policy`")
     })?;
     let wrong = |message: String| Error::from(Diagnostic::new(source, 0..0, message));
-    let reader = Reader { program, preferences, count: file.nodes.len() };
+    let reader = NodeReader { program, preferences, count: file.nodes.len() };
     if file.format != FORMAT {
         return Err(wrong(format!("the format is `{}`, not `{FORMAT}`", file.format.escape_debug())));
     }
@@ -178,14 +178,14 @@ pub fn read(source: &Arc<SourceFile>, program: &Program, preferences: &Preferenc
 
 type Read<T> = std::result::Result<T, String>;
 
-struct Reader<'r> {
+struct NodeReader<'r> {
     program: &'r Program,
     preferences: &'r Preferences,
     /// The number of nodes.
     count: usize,
 }
 
-impl Reader<'_> {
+impl NodeReader<'_> {
     fn promise(&self, entry: &PromiseEntry) -> Read<Promise> {
         let aim = entry.kind.parse::<Aim>();
         let aim =

@@ -33,7 +33,7 @@ struct Entry {
 /// # Errors
 /// The text is wrong, or names another thing than facts, or a name that two facts have; with its place.
 pub fn read(source: &Arc<SourceFile>, program: &Program) -> Result<Rules> {
-    let mut reader = Reader { source, program, facts: facts(program), rules: Rules::new(program) };
+    let mut reader = RuleReader { source, program, facts: facts(program), rules: Rules::new(program) };
     if source.text.trim_start().starts_with('[') {
         reader.json()?;
     } else {
@@ -63,14 +63,14 @@ pub(super) fn place(source: &SourceFile, error: &serde_json::Error) -> Range<usi
     at..at
 }
 
-struct Reader<'a> {
+struct RuleReader<'a> {
     source: &'a Arc<SourceFile>,
     program: &'a Program,
     facts: Facts,
     rules: Rules,
 }
 
-impl Reader<'_> {
+impl RuleReader<'_> {
     fn text(&mut self) -> Result<()> {
         let source = Arc::clone(self.source);
         let (mut start, mut open): (usize, Option<Vec<Literal>>) = (0, None);

@@ -165,7 +165,7 @@ fn participants(program: &Program) -> (Vec<&[CommandId]>, Vec<Vec<usize>>) {
     (all, synchronisations)
 }
 
-/// Returns for each synchronisation what it needs: what its factors need. One with a factor that may have a fault is
+/// Returns the needs of each synchronisation: those of its factors. One with a factor that may have a fault is
 /// always listed, so that the fault is found.
 fn of_synchronisations(synchronisations: &[Vec<usize>], factors: &[Factor], needs: &[Way]) -> Vec<Vec<Way>> {
     let of = |own: &Vec<usize>| match own.iter().all(|&factor| factors[factor].is_sound) {

@@ -118,7 +118,7 @@ fn infinite_rewards_have_a_strategy_where_they_are_wanted() {
     assert!(!scratch.path("none.json").exists());
 }
 
-/// A choice that only keeps the value may turn in circles for ever.
+/// A choice that only keeps the value may turn in circles without end.
 #[test]
 fn where_values_tie_the_strategy_makes_progress() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);

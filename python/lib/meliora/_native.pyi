@@ -478,7 +478,7 @@ class Model:
     def actions(self) -> list[str]:
         """The names of the action labels."""
     @overload
-    def ask(self, properties: str, *, file: None=None, constants: None=None, require: Sequence[str] | None=None, precision: float=1e-06, policy: bool=False, opponent_policy: bool=False, strong: bool=False, scope: _Scope='reachable', engine: _Engine='auto', memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> Answer:
+    def ask(self, properties: str, *, file: None=None, constants: None=None, only: None=None, require: Sequence[str] | None=None, stop_at_target: bool=False, precision: float=1e-06, policy: bool=False, opponent_policy: bool=False, strong: bool=False, scope: _Scope='reachable', engine: _Engine='auto', memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> Answer:
         """Answers properties in the initial states, as `meliora reach --property` does: conditions on states, whose
         operators ask for probabilities, rewards, several objectives at once, filters. Properties share their regions. The
         states are not explored where the answers need only some of them.
@@ -488,7 +488,10 @@ class Model:
                 for the goal of a planning problem, or for all that the model names.
             file: A property file in PRISM's language, instead of `properties`.
             constants: Values of the constants that the file leaves undefined, by name.
+            only: The name of the only property of the file that is asked for.
             require: Safe formulas such as 'G x < 3' that every strategy must keep.
+            stop_at_target: Do not explore the states behind those that decide the question, one property. The answer is
+                the same.
             precision: The largest width of the bounds of a number, relative to the number above 1.
             policy: Also return, as `policy`, what `meliora reach --policy` writes: the strategy that attains the answer to
                 the only property, the strategies of `multi`, or for `Pmax>=1 [ F … ]` a list of rules. None if there are
@@ -505,9 +508,9 @@ class Model:
             InputError: A text is wrong, or the only property cannot be answered.
             LimitError: A limit was reached; its `known["properties"]` has the answers so far."""
     @overload
-    def ask(self, properties: list[str] | tuple[str, ...], *, file: None=None, constants: None=None, require: Sequence[str] | None=None, precision: float=1e-06, policy: bool=False, opponent_policy: bool=False, strong: bool=False, scope: _Scope='reachable', engine: _Engine='auto', memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> list[Answer]: ...
+    def ask(self, properties: list[str] | tuple[str, ...], *, file: None=None, constants: None=None, only: None=None, require: Sequence[str] | None=None, stop_at_target: bool=False, precision: float=1e-06, policy: bool=False, opponent_policy: bool=False, strong: bool=False, scope: _Scope='reachable', engine: _Engine='auto', memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> list[Answer]: ...
     @overload
-    def ask(self, properties: None=None, *, file: _Path | None=None, constants: _Constants | None=None, require: Sequence[str] | None=None, precision: float=1e-06, policy: bool=False, opponent_policy: bool=False, strong: bool=False, scope: _Scope='reachable', engine: _Engine='auto', memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> Any: ...
+    def ask(self, properties: None=None, *, file: _Path | None=None, constants: _Constants | None=None, only: str | None=None, require: Sequence[str] | None=None, stop_at_target: bool=False, precision: float=1e-06, policy: bool=False, opponent_policy: bool=False, strong: bool=False, scope: _Scope='reachable', engine: _Engine='auto', memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> Any: ...
     def check(self, preferences: Preferences | _Path, *, scope: _Scope='reachable', safety: _Safety='prefix', engine: _Engine='symbolic', max_level: int | None=None, memory: int | str | None=None, order: _Order | None=None, timeout: _Timeout | None=None, progress: _Progress | None=None) -> Analysis:
         """Computes the states from which improvements are possible or sure, and how many. Explores the
         model and computes winning regions, classes, the improvement MDP and the levels of SASI and

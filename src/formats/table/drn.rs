@@ -29,7 +29,7 @@ pub(crate) fn is_drn(source: &Arc<SourceFile>) -> bool {
 /// The text is invalid, or a model that is not supported; a limit.
 pub(crate) fn load(frame: &Frame<'_>) -> Result<Checked> {
     frame.refuse_values()?;
-    let mut reader = Reader {
+    let mut reader = DrnReader {
         table: Table::new(ModelKind::Mdp),
         actions: Actions::default(),
         labels: Actions::default(),
@@ -48,7 +48,7 @@ pub(crate) fn load(frame: &Frame<'_>) -> Result<Checked> {
     frame.lower(reader.finish(frame)?)
 }
 
-struct Reader<'s> {
+struct DrnReader<'s> {
     table: Table,
     actions: Actions,
     /// The numbers of the labels.
@@ -61,7 +61,7 @@ struct Reader<'s> {
     state_names: Vec<(&'s str, Line<'s>)>,
 }
 
-impl<'s> Reader<'s> {
+impl<'s> DrnReader<'s> {
     /// Reads the lines up to `@model`.
     fn header(&mut self, all: &mut impl Iterator<Item = Line<'s>>, frame: &Frame<'_>) -> Result<()> {
         let mut section = "";

@@ -31,16 +31,16 @@ pub(crate) fn load(files: &Files, frame: &Frame<'_>) -> Result<Checked> {
         let message = format!("version {} of the format is not supported", index.format_version);
         return Err(files.wrong(INDEX, &message));
     }
-    let reader = Reader { files, index: &index };
+    let reader = UmbReader { files, index: &index };
     frame.lower(reader.table(frame)?)
 }
 
-struct Reader<'f> {
+struct UmbReader<'f> {
     files: &'f Files,
     index: &'f Index,
 }
 
-impl Reader<'_> {
+impl UmbReader<'_> {
     fn system(&self) -> &TransitionSystem {
         &self.index.transition_system
     }

@@ -47,7 +47,7 @@ pub(super) fn columns(
         Some(count) => files.strings(STATE_VALUATIONS, count as usize)?.unwrap_or_default(),
         None => Vec::new(),
     };
-    let reader = Reader { files, path: &path, strings: &strings };
+    let reader = ValuationReader { files, path: &path, strings: &strings };
     let rows = reader.rows(of, n)?;
     let mut names: Vec<&str> = Vec::new();
     for variable in of.classes.iter().flat_map(variables) {
@@ -68,13 +68,13 @@ fn variables(class: &Class) -> impl Iterator<Item = &Variable> {
 /// The bytes of the values of one state, and the number of its class.
 type Row<'f> = (usize, &'f [u8]);
 
-struct Reader<'f> {
+struct ValuationReader<'f> {
     files: &'f Files,
     path: &'f str,
     strings: &'f [String],
 }
 
-impl<'f> Reader<'f> {
+impl<'f> ValuationReader<'f> {
     /// Divides the file of all values.
     fn rows(&self, of: &Valuations, n: usize) -> Result<Vec<Row<'f>>> {
         let mut left = self.files.get(self.path).unwrap_or_default();

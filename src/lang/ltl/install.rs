@@ -97,7 +97,7 @@ impl<'p> Monitoring<'p> {
     /// Unknown names and wrong types.
     pub(super) fn normal(&mut self, source: &Arc<SourceFile>, formula: &Formula) -> Result<FormulaId> {
         let pool = self.predicates.pool();
-        let mut reader = Reader { program: self.program, pool, source, texts: &mut self.texts };
+        let mut reader = Conditions { program: self.program, pool, source, texts: &mut self.texts };
         Normaliser::new(&mut reader, &mut self.formulas).build(formula, true)
     }
 
@@ -328,14 +328,14 @@ fn choose(pool: &mut ExprPool, condition: ExprId, yes: ExprId, no: ExprId) -> Ex
 }
 
 /// Reads state formulas of a program into a pool.
-struct Reader<'a> {
+struct Conditions<'a> {
     program: &'a Program,
     pool: &'a mut ExprPool,
     source: &'a Arc<SourceFile>,
     texts: &'a mut AHashMap<(ExprId, bool), String>,
 }
 
-impl Reader<'_> {
+impl Conditions<'_> {
     /// Returns an atom and its sign.
     fn atom(&self, mut e: ExprId, mut positive: bool) -> (ExprId, bool) {
         while let Node::Unary(Unary::Not, inner) = self.pool.node(e) {
@@ -345,7 +345,7 @@ impl Reader<'_> {
     }
 }
 
-impl Meaning for Reader<'_> {
+impl Meaning for Conditions<'_> {
     fn state(&mut self, e: &Expr) -> Result<ExprId> {
         lower_condition(self.program, self.pool, self.source, e)
     }

@@ -32,8 +32,8 @@ impl Stopped {
     /// A condition is wrong; the formula has another form: no state decides it.
     pub fn new(program: &Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Self> {
         let mut predicates = Predicates::over(program);
-        let mut reader = Reader { program, source, pool: predicates.pool() };
-        let Some((condition, formula)) = reader.decided(formula)? else {
+        let mut decider = Decider { program, source, pool: predicates.pool() };
+        let Some((condition, formula)) = decider.decided(formula)? else {
             return Err(undecided(source, formula));
         };
         Ok(Stopped { program: program.stopping_at(predicates, condition), formula })
@@ -43,13 +43,13 @@ impl Stopped {
 /// A condition on states in the pool, also as a formula.
 type Known = (ExprId, Box<Formula>);
 
-struct Reader<'a> {
+struct Decider<'a> {
     program: &'a Program,
     source: &'a Arc<SourceFile>,
     pool: &'a mut ExprPool,
 }
 
-impl Reader<'_> {
+impl Decider<'_> {
     /// Returns the condition of the states that decide a formula, and the formula with all conditions in the
     /// pool; `None` if no state decides it.
     fn decided(&mut self, f: &Formula) -> Result<Option<(ExprId, Formula)>> {

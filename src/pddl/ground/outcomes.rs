@@ -1,5 +1,5 @@
-//! The outcomes of an effect: all combinations of its alternatives. A part whose condition never holds, by the facts
-//! that nothing changes, is no change.
+//! The outcomes of an effect: all combinations of its alternatives. A part whose condition the
+//! facts exclude that no action changes has no effect.
 
 use std::rc::Rc;
 

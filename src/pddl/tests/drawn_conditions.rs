@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::drawn::{Atom, OBJECTS, State, TYPES};
 
-/// What nothing changes: the predicates that effects change or a rule defines, and the facts of all others.
+/// The predicates that effects change or a rule defines, and the facts of all others, which do not change.
 pub(super) struct Fixed {
     pub(super) changed: BTreeSet<&'static str>,
     pub(super) initial: State,

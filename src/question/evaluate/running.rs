@@ -138,7 +138,7 @@ fn near(links: &[Linked], target: &[bool], left: &[bool]) -> Vec<bool> {
 }
 
 impl Counts {
-    /// Returns what is left to count in a node after some steps, if it is decided there.
+    /// Returns the rest that is counted in a node after some steps, if it is decided there.
     fn rest(&self, at: usize, steps: u64, links: &[Linked]) -> Option<f64> {
         match self {
             Counts::Until { left, right, near, least, most, negated } => {
