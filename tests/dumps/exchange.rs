@@ -32,8 +32,7 @@ pub(crate) fn analysed<E: Engine>(engine: E, targets: [Predicate; 2]) -> Analysi
         history: History::State,
         requirements: Vec::new(),
     };
-    let analysis = finished(&Arc::new(engine), &Arc::new(preferences), Options::default());
-    analysis
+    finished(&Arc::new(engine), &Arc::new(preferences), Options::default())
 }
 
 fn result<E: Engine>(engine: E, targets: [Predicate; 2]) -> AnalysisResult {

@@ -13,8 +13,7 @@ type Question = (Arc<Program>, Arc<Preferences>);
 
 fn analysis<E: Engine>(engine: E, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<E> {
     let options = Options { safety, ..Options::default() };
-    let analysis = finished(&Arc::new(engine), preferences, options);
-    analysis
+    finished(&Arc::new(engine), preferences, options)
 }
 
 fn dump((program, preferences): &Question, safety: Safety, (scope, thresholds): (Scope, Thresholds)) -> Dump {

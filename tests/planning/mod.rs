@@ -69,6 +69,5 @@ impl Case {
 
 /// The finished analysis.
 pub(crate) fn analyse(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<Tiny> {
-    let analysis = finished(engine, preferences, Options { safety, max_level: None });
-    analysis
+    finished(engine, preferences, Options { safety, max_level: None })
 }

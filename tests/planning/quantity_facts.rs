@@ -22,8 +22,7 @@ const FAMILIES: &[(&str, &str)] = &[
 ];
 
 fn analysed<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<E> {
-    let analysis = finished(engine, preferences, Options { safety, max_level: None });
-    analysis
+    finished(engine, preferences, Options { safety, max_level: None })
 }
 
 fn solved<E: Engine>(analysis: &Analysis<E>, program: &Program, states: &[State], exact: bool) -> Values {
