@@ -38,6 +38,6 @@ pub(crate) use serde_json::{Value as Json, json};
 
 pub(crate) use super::amount::{share, takes, takes_one_of};
 pub(crate) use super::brute::Brute;
-pub(crate) use super::random_program::{random_predicate, random_program};
+pub(crate) use super::random_program::{empty_program, random_predicate, random_program};
 pub(crate) use super::set_up::{finished, parsed, task};
 pub(crate) use crate::cli::common::{Finished, Scratch, executable, run};

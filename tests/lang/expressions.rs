@@ -193,27 +193,7 @@ fn all_states(variables: &[Variable]) -> Vec<Vec<i64>> {
 }
 
 fn program(pool: ExprPool, initial: ExprId) -> Program {
-    Program {
-        source: SourceFile::new("test", ""),
-        kind: ModelKind::Mdp,
-        constants: vec![],
-        given_constants: vec![],
-        pool: pool.into(),
-        variables: variables(),
-        modules: vec![],
-        initial,
-        actions: vec![],
-        commands: vec![],
-        synchronisations: vec![],
-        labels: vec![],
-        formulas: vec![],
-        rewards: Vec::new(),
-        inexact: None,
-        monitors: None,
-        stop: None,
-        planning: None,
-        players: None,
-    }
+    Program { kind: ModelKind::Mdp, variables: variables(), ..empty_program(pool, initial) }
 }
 
 /// The sets of states of both engines in which a condition holds, as a list over all states; or that

@@ -124,25 +124,12 @@ impl Graph {
         let targets = self.targets.iter().map(|t| self.at(&mut pool, t)).collect();
         let all = (0..commands.len() as u32).map(CommandId).collect();
         let program = Program {
-            source: SourceFile::new("graph", ""),
             kind: ModelKind::Mdp,
-            constants: vec![],
-            given_constants: vec![],
-            labels: vec![],
-            formulas: vec![],
-            rewards: Vec::new(),
-            inexact: None,
-            monitors: None,
-            stop: None,
-            planning: None,
-            players: None,
             modules: vec!["m".into()],
-            actions: vec![],
-            pool: pool.into(),
             variables: vec![self.variable("high"), self.variable("low")],
-            initial,
             commands,
             synchronisations: vec![Synchronisation { action: None, factors: vec![all] }],
+            ..empty_program(pool, initial)
         };
         let (statements, scope) = (self.statements.clone(), self.scope);
         World { program: Arc::new(program), targets, statements, scope, requirement: None }
