@@ -269,7 +269,7 @@ pub mod commands {
     #[cfg(feature = "output")]
     pub use crate::embed::{
         GivenPolicy, Kept, PageRun, PolicyAim, Work, check, compare, dump_files, explicit_files,
-        induced_files, region_dump, strategies, values,
+        induced_files, policy_text, region_dump, strategies, values,
     };
 }
 

@@ -64,11 +64,6 @@ impl PlanArgs {
         Ok(PolicyTargets { own, opponent: Target::maybe(self.opponent_policy.as_deref(), inputs)? })
     }
 
-    /// Returns whether the policy is written as JSON.
-    pub(super) fn is_json(&self) -> bool {
-        self.policy.as_ref().is_some_and(|path| path.extension().is_some_and(|e| e == "json"))
-    }
-
     /// Returns the strategies that are asked for.
     pub(super) fn wanted(&self) -> WantedStrategies {
         WantedStrategies {

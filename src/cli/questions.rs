@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use meliora::commands::policy_text::{PolicyForm, opponent_text, policy_text};
 use meliora::commands::region_dump;
 use meliora_base::error::Error;
-use meliora_question::evaluate::PropertyPolicy;
 use meliora_question::{Options, PolicyKind, Questions, Strategies, pipeline, regions};
-use meliora_report::{ReachReport, mix, policy, property_policy};
+use meliora_report::ReachReport;
 
 use super::engines;
 use super::files::Target;
@@ -116,28 +116,14 @@ impl Given<'_> {
                 Ok(())
             }
         };
-        let optimal = |out: &Option<Target>, found: &PropertyPolicy| {
-            let extension = out.as_ref().and_then(|out| out.path().extension()?.to_str());
-            match extension {
-                Some("csv") => property_policy::csv(found, program),
-                Some("dot") => property_policy::dot(found, program),
-                _ => property_policy::json(&asked.text(), found, program),
-            }
-        };
-        let text = match found {
-            Strategies { policy: Some(found), .. } if plan.is_json() => {
-                Some(policy::json(found, program)? + "\n")
-            }
-            Strategies { policy: Some(found), .. } => Some(policy::text(found, program)?),
-            Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
-                Some(mix::json(&asked.text(), found, program)? + "\n")
-            }
-            Strategies { optimal: Some(found), .. } if own.is_some() => Some(optimal(own, found)?),
-            _ => None,
-        };
-        write(own, text)?;
-        if opponent.is_some() {
-            write(opponent, found.opponent.as_ref().map(|found| optimal(opponent, found)).transpose()?)?;
+        let (text, form) = (asked.text(), |out: &Target| PolicyForm::by_ending(out.path()));
+        let of = (text.as_str(), found);
+        write(
+            own,
+            own.as_ref().and_then(|out| policy_text(of, program, form(out)).transpose()).transpose()?,
+        )?;
+        if let Some(out) = opponent {
+            write(opponent, opponent_text(of, program, form(out))?)?;
         }
         let (Some(directory), Some(found)) = (&plan.induced, &found.optimal) else { return Ok(()) };
         let folder =

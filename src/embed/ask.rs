@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use super::Model;
 use super::kept::Kept;
+#[cfg(feature = "output")]
+use super::policy_text::{PolicyForm, opponent_text, policy_text};
 use super::questions::{Properties, Terms};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_engine::{Selection, Settings, Usage};
@@ -61,18 +63,7 @@ impl AskResult {
     /// # Errors
     /// A command has no meaning in some state.
     pub fn policy_json(&self) -> Result<Option<String>> {
-        match &self.strategies {
-            Strategies { policy: Some(found), .. } => {
-                meliora_report::policy::json(found, &self.program).map(Some)
-            }
-            Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
-                meliora_report::mix::json(&self.text, found, &self.program).map(Some)
-            }
-            Strategies { optimal: Some(found), .. } => {
-                meliora_report::property_policy::json(&self.text, found, &self.program).map(Some)
-            }
-            _ => Ok(None),
-        }
+        policy_text((&self.text, &self.strategies), &self.program, PolicyForm::Json)
     }
 
     /// Returns the strategy of the opponent as [`AskResult::policy_json`] does.
@@ -80,8 +71,7 @@ impl AskResult {
     /// # Errors
     /// A command has no meaning in some state.
     pub fn opponent_json(&self) -> Result<Option<String>> {
-        let text = |found| meliora_report::property_policy::json(&self.text, found, &self.program);
-        self.strategies.opponent.as_ref().map(text).transpose()
+        opponent_text((&self.text, &self.strategies), &self.program, PolicyForm::Json)
     }
 }
 

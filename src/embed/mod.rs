@@ -9,7 +9,8 @@
 //!
 //! Each file imports only files before it: `states`, `members`, `analysis`, `exploration`,
 //! `named_states`, `projection`, `model`, `task`,
-//! `questions`, `kept`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `dumps`, `work`, `shield`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`,
+//! `questions`, `kept`,
+//! `policy_text`, `ask`, `results`, `quantities`, `levels`, `record`, `episodes`, `dumps`, `work`, `shield`, `check`, `compare`, `strategies`, `page`, `report`, `values`, `dump_files`, `explicit_files`,
 //! `induced_files`, `region_dump`, `policies`, `sweep`.
 
 mod analysis;
@@ -36,6 +37,8 @@ mod named_states;
 mod page;
 #[cfg(feature = "output")]
 mod policies;
+#[cfg(feature = "output")]
+pub mod policy_text;
 mod projection;
 mod quantities;
 mod questions;
