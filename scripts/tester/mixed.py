@@ -1,7 +1,6 @@
 """Files of strategies for two objectives with changed shares, claims, bounds, memories and states: what `verify` says of
 them is what an evaluator in fractions says."""
 
-import copy
 import json
 import math
 import random

@@ -1,37 +1,7 @@
 """All checks by name."""
 
-from tester import (
-    checks,
-    dumps,
-    exchange,
-    games,
-    induced,
-    lists,
-    memory,
-    names,
-    nested,
-    package,
-    pages,
-    places,
-    policies,
-    promises,
-    pursuits,
-    questions,
-    refusals,
-    regions,
-    several,
-    stopping,
-    sweeps,
-    tables,
-    tasks,
-    together,
-    valued,
-    whole,
-    wild,
-)
+from importlib import import_module
 
-GROUPS = (
-    *(checks, games, promises, pursuits, induced, regions, dumps, questions, tables, whole, valued, together),
-    *(stopping, sweeps, places, lists, nested, several, exchange, names, wild, pages, refusals, package, tasks, policies, memory),
-)
-ALL = {name: check for group in GROUPS for name, check in group.ALL.items()}
+GROUPS = """checks games promises pursuits induced regions dumps questions tables whole valued together stopping sweeps places
+    lists nested several exchange names wild pages refusals package tasks policies memory"""
+ALL = {name: check for group in GROUPS.split() for name, check in import_module(f"tester.{group}").ALL.items()}

@@ -16,10 +16,8 @@ rewards \"c\" s=1 : 3; [a] true : 1; endrewards";
 #[test]
 fn rewards_until_a_conjunction_are_those_until_its_last_part() {
     let scratch = Scratch::new(&[("m.prism", TWO)]);
-    let model = scratch.show("m.prism");
     let value = |property: &str| {
-        let arguments = ["reach", &model, "--property", property, "--json"];
-        let report = crate::cli::common::Finished::of(crate::cli::common::meliora().args(arguments));
+        let report = scratch.run(format!("reach m.prism --property '{property}' --json"));
         report.expect(0).json()["properties"][0]["value"].clone()
     };
     for optimum in ["min", "max"] {
@@ -42,9 +40,7 @@ module m
  [] s=4 -> (s'=4);
 endmodule";
     let scratch = Scratch::new(&[("m.prism", text)]);
-    let arguments = ["reach", &scratch.show("m.prism"), "--property", "filter(print, S=? [ s=4 ])", "--json"];
-    let report =
-        crate::cli::common::Finished::of(crate::cli::common::meliora().args(arguments)).expect(0).json();
+    let report = scratch.run("reach m.prism --property 'filter(print, S=? [ s=4 ])' --json").expect(0).json();
     assert_eq!(report.to_string().matches("\"state\"").count(), 0, "{report}");
 }
 
@@ -65,8 +61,7 @@ endmodule";
     let text = run(&asked).expect(0).stdout;
     assert!(text.contains("Guaranteed only if no dropped branch happens"), "{text}");
     assert!(!text.contains("no improvement is guaranteed from here"), "{text}");
-    let reason =
-        run(&format!("{asked} --json")).expect(0).json()["states"][0]["actions"][0]["reason"].clone();
+    let reason = run!("{asked} --json").expect(0).json()["states"][0]["actions"][0]["reason"].clone();
     assert_eq!(reason, "safe, but no improvement is certain if a dropped branch happens");
 }
 
@@ -74,7 +69,7 @@ endmodule";
 fn the_policy_of_a_game_is_refused_without_a_reference_to_itself() {
     let error = run("reach models/pursuit.prism -c N=3 --target true --policy -");
     assert_ne!(error.status, 0);
-    assert!(error.stderr.contains("in a game, `strategy` without `--policy`"), "{}", error.stderr);
+    error.says("in a game, `strategy` without `--policy`");
 }
 
 /// It wrote `x.prism.prism`.
@@ -82,7 +77,7 @@ fn the_policy_of_a_game_is_refused_without_a_reference_to_itself() {
 fn a_prefix_with_the_extension_of_a_file_is_that_file() {
     let scratch = Scratch::new(&[]);
     for name in ["x.prism", "x.pref"] {
-        run(&format!("generate gridworld --rows 4 --cols 4 --force --out {}", scratch.show(name))).expect(0);
+        run!("generate gridworld --rows 4 --cols 4 --force --out {}", scratch.show(name)).expect(0);
         for written in ["x.prism", "x.pref"] {
             std::fs::remove_file(scratch.path(written)).unwrap();
         }

@@ -11,9 +11,9 @@ fn states(finished: &Finished, list: &str) -> Vec<String> {
 
 /// The states of a command with an `--at` that has `*`, and of one for each of its states.
 fn agrees(command: &str, list: &str, any: &str, each: &[&str]) {
-    let all = run(&format!("{command} --at {any} --json --quiet")).expect(0);
+    let all = run!("{command} --at {any} --json --quiet").expect(0);
     let ats: String = each.iter().map(|at| format!(" --at {at}")).collect();
-    let one_by_one = run(&format!("{command}{ats} --json --quiet")).expect(0);
+    let one_by_one = run!("{command}{ats} --json --quiet").expect(0);
     let (mut found, mut expected) = (states(&all, list), states(&one_by_one, list));
     found.sort();
     expected.sort();
@@ -31,8 +31,8 @@ fn a_star_stands_for_all_values_of_the_scope() {
     }
     agrees(&format!("simulate {drone} --runs 2"), "plays", "at=*", &each);
     // Without `--scope all`, only states that are reachable; all other variables have their initial values.
-    let reachable = run(&format!("strategy {ROBOT} --at r=2,c=2,b=* --json --quiet")).expect(0);
-    let all = run(&format!("strategy {ROBOT} --at r=2,c=2,b=* --scope all --json --quiet")).expect(0);
+    let reachable = run!("strategy {ROBOT} --at r=2,c=2,b=* --json --quiet").expect(0);
+    let all = run!("strategy {ROBOT} --at r=2,c=2,b=* --scope all --json --quiet").expect(0);
     let (reachable, all) = (states(&reachable, "states"), states(&all, "states"));
     assert_eq!(all.len(), 9);
     assert!(reachable.len() < 9 && reachable.iter().all(|state| all.contains(state)), "{reachable:?}");
@@ -41,23 +41,22 @@ fn a_star_stands_for_all_values_of_the_scope() {
 #[test]
 fn the_limit_bounds_the_states_of_a_star_and_nothing_else() {
     let command = format!("strategy {ROBOT} --scope all --at b=*,d=* --at b=1 --limit 4");
-    let found = run(&format!("{command} --json")).expect(0);
+    let found = run!("{command} --json").expect(0);
     assert_eq!(states(&found, "states").len(), 5);
-    let stderr = run(&command).expect(0).stderr;
-    assert!(stderr.contains("4 of 18 states; a larger `--limit` lists more"), "{stderr}");
+    run(&command).ends(0, "4 of 18 states; a larger `--limit` lists more");
 }
 
 #[test]
 fn a_state_that_no_path_reaches_is_shown_with_the_values_that_were_not_given() {
-    let failed = run(&format!("strategy {ROBOT} --at r=0,c=3,d=true")).expect(3);
+    let failed = run!("strategy {ROBOT} --at r=0,c=3,d=true").expect(3);
     let message = "no path reaches the state r=0,c=3,b=8,d=true,e=false,f=false,ch=false";
-    assert!(failed.stderr.contains(message), "{}", failed.stderr);
+    failed.says(message);
     let (_, note) = failed.stderr.split_once("variables left out have their initial values (").unwrap();
     let (defaults, rest) = note.split_once("); a path reaches the state with ").unwrap();
     let others = rest.lines().next().unwrap();
     assert_eq!(defaults.matches('=').count(), others.matches('=').count());
     // The advice is right: with these values the state is reachable.
-    run(&format!("strategy {ROBOT} --at r=0,c=3,d=true,{others}")).expect(0);
+    run!("strategy {ROBOT} --at r=0,c=3,d=true,{others}").expect(0);
 }
 
 #[test]
@@ -69,33 +68,25 @@ fn mistakes_around_a_star_have_their_places() {
         ("r=1,r=*", "`r` is given twice"),
         ("r=*c=1", "expected"),
     ] {
-        let failed = run(&format!("strategy {ROBOT} --at {at}")).expect(3);
-        assert!(
-            failed.stderr.contains(message) && failed.stderr.contains("--at:1:"),
-            "{at}: {}",
-            failed.stderr
-        );
+        run!("strategy {ROBOT} --at {at}").ends(3, message).says("--at:1:");
     }
-    let failed = run(&format!("strategy {ROBOT} --at r=3,c=*,b=8,ch=true")).expect(3);
-    assert!(failed.stderr.contains("no path reaches a state with these values"), "{}", failed.stderr);
+    run!("strategy {ROBOT} --at r=3,c=*,b=8,ch=true").ends(3, "no path reaches a state with these values");
 }
 
 #[test]
 fn where_nothing_can_be_improved_the_plan_is_named() {
-    let strategy =
-        |at: &str| run(&format!("strategy models/drone.prism models/drone.pref --at {at}")).expect(0);
+    let strategy = |at: &str| run!("strategy models/drone.prism models/drone.pref --at {at}").expect(0);
     let plan = "`--kind plan` shows how to achieve Ridge.";
-    assert!(strategy("at=2").stdout.contains(plan));
+    strategy("at=2").shows(plan);
     assert!(!strategy("at=0").stdout.contains("`--kind plan` shows"));
     let lost = strategy("at=6").stdout;
     assert!(lost.contains("No improvement is possible.") && !lost.contains("shows how"), "{lost}");
-    let simulated = |at: &str| {
-        run(&format!("simulate models/drone.prism models/drone.pref --runs 2 --at {at}")).expect(0).stdout
-    };
+    let simulated =
+        |at: &str| run!("simulate models/drone.prism models/drone.pref --runs 2 --at {at}").expect(0).stdout;
     assert!(simulated("at=2").contains("No improvement is guaranteed here (SASI), and none is possible."));
     assert!(simulated("at=3").contains("`--choose likely` tries possible ones"));
     let cabin = "strategy models/drone.prism models/drone.pref --kind achieve --objective";
     let unsure = "No strategy achieves this almost surely from here.";
-    assert!(run(&format!("{cabin} Cabin")).expect(0).stdout.contains(unsure));
-    assert!(!run(&format!("{cabin} Shore")).expect(0).stdout.contains(unsure));
+    run!("{cabin} Cabin").prints(0, unsure);
+    assert!(!run!("{cabin} Shore").expect(0).stdout.contains(unsure));
 }

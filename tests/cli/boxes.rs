@@ -1,10 +1,8 @@
 //! The layout of pages, by the boxes of the browser: marks stay inside of their cells, and texts neither
 //! overlap nor are cut, on screens and on phones. Without Chromium the tests are skipped.
 
-use std::fs;
-
 use crate::cli::browser::{browse, browser, noted};
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// A robot on a grid, whose places are objectives.
 fn robot(rows: usize, columns: usize, names: [&str; 2], objectives: usize) -> [String; 2] {
@@ -53,8 +51,8 @@ fn marks_stay_in_their_cells_and_texts_are_whole_on_screens_and_phones() {
     let script = format!("<script>setTimeout(() => {{ {} }}, 500);</script>", include_str!("boxes.js"));
     let page = |[model, prefs]: &[String; 2]| {
         let scratch = Scratch::new(&[("m.prism", model), ("p.pref", prefs)]);
-        let [m, p, page] = ["m.prism", "p.pref", "page.html"].map(|name| scratch.show(name));
-        Finished::of(meliora().args(["report", &m, &p, "--out", &page])).expect(0);
+        let page = scratch.show("page.html");
+        scratch.run("report m.prism p.pref --out page.html").expect(0);
         fs::read_to_string(&page).unwrap()
     };
     let pages: Vec<String> = models.iter().map(page).collect();
@@ -75,9 +73,9 @@ fn marks(dom: &str) -> Vec<String> {
 #[test]
 fn marks_follow_the_sliders_and_are_left_out_where_most_cells_have_them() {
     let scratch = Scratch::new(&[("m.prism", STRIP), ("p.pref", STRIP_PREFS)]);
-    let [m, p, page] = ["m.prism", "p.pref", "page.html"].map(|name| scratch.show(name));
+    let page = scratch.show("page.html");
     let written = |options: &[&str]| {
-        Finished::of(meliora().args(["report", &m, &p, "--out", &page]).args(options)).expect(0);
+        scratch.ask("report m.prism p.pref --out page.html", options).expect(0);
         fs::read_to_string(&page).unwrap()
     };
     // The door is open in no state of the first view, and in each of the second one.

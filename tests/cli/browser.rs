@@ -1,13 +1,9 @@
 //! The page in a browser: Chromium opens it, moves a slider and steps through the run. The values of the
 //! cells are compared with `meliora query`. Without Chromium the test prints a message and is skipped.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use serde_json::{Value, json};
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 type Cells = BTreeMap<(i64, i64), String>;
 
@@ -60,7 +56,7 @@ fn queried(dump: &str, kind: &str, levels: usize, condition: &str) -> Cells {
     let mut cells = Cells::new();
     let mut note = |region: &str, value: &str| {
         let arguments = ["query", dump, region, "--where", condition, "--list", "100", "--json"];
-        let found = Finished::of(meliora().args(arguments)).expect(0).json();
+        let found = Finished::of(executable().args(arguments)).expect(0).json();
         for state in found["states"].as_array().unwrap() {
             let value_of = |name: &str| state["state"][name].as_i64().unwrap();
             cells.insert((value_of("r"), value_of("c")), value.to_owned());
@@ -75,11 +71,11 @@ fn queried(dump: &str, kind: &str, levels: usize, condition: &str) -> Cells {
 }
 
 /// Returns the values that `values` computes, for the cells in which the other variables have values.
-fn computed(values: &Value, others: &Value, k: usize, what: &str) -> BTreeMap<(i64, i64), Option<f64>> {
-    let fits = |state: &&Value| {
+fn computed(values: &Json, others: &Json, k: usize, what: &str) -> BTreeMap<(i64, i64), Option<f64>> {
+    let fits = |state: &&Json| {
         others.as_object().unwrap().iter().all(|(name, value)| state["state"][name] == *value)
     };
-    let cell = |state: &Value| {
+    let cell = |state: &Json| {
         let place = ["r", "c"].map(|name| state["state"][name].as_i64().unwrap());
         ((place[0], place[1]), state["levels"][k][what]["lower"].as_f64())
     };
@@ -253,11 +249,11 @@ fn explained(state: &str, kind: &str) -> BTreeMap<String, String> {
     let found = run(&format!("strategy {game} --kind {kind} --at {state} --json")).expect(0).json();
     let at = &found["states"][0];
     assert_eq!(at["owner"], "opponent", "{at}");
-    let ranks = |action: &Value| {
+    let ranks = |action: &Json| {
         let ranks = action["successors"].as_array().unwrap().iter().map(|to| to["rank"].to_string());
         ranks.collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(" or ")
     };
-    let one = |action: &Value| (action["name"].as_str().unwrap().to_owned(), ranks(action));
+    let one = |action: &Json| (action["name"].as_str().unwrap().to_owned(), ranks(action));
     at["actions"].as_array().unwrap().iter().map(one).collect()
 }
 
@@ -311,13 +307,11 @@ fn choices_with_one_label_have_the_names_that_strategy_gives_them() {
     let chain = LABELS.replace("TYPE", "dtmc");
     let files = [("m.prism", &*mdp), ("g.prism", &*game), ("c.prism", &*chain), ("m.pref", LABELS_PREFS)];
     let scratch = Scratch::new(&files);
-    let (prefs, page) = (scratch.show("m.pref"), scratch.show("page.html"));
-    let mdp = scratch.show("m.prism");
-    Finished::of(meliora().args(["report", &mdp, &prefs, "--out", &page])).expect(0);
+    let page = scratch.show("page.html");
+    scratch.run("report m.prism m.pref --out page.html").expect(0);
     for x in [0, 1] {
         let at = format!("x={x}");
-        let told =
-            Finished::of(meliora().args(["strategy", &mdp, &prefs, "--at", &at, "--json"])).expect(0).json();
+        let told = scratch.run(format!("strategy m.prism m.pref --at '{at}' --json")).expect(0).json();
         let actions = told["states"][0]["actions"].as_array().unwrap().iter();
         let kept = actions.filter(|action| action["permitted"] == true);
         let expected: BTreeSet<String> =
@@ -326,14 +320,12 @@ fn choices_with_one_label_have_the_names_that_strategy_gives_them() {
         assert_eq!(permitted(&dom), expected, "{at}: {dom}");
     }
     // In a Markov chain, nothing is chosen.
-    let chain = scratch.show("c.prism");
-    Finished::of(meliora().args(["report", &chain, &prefs, "--out", &page])).expect(0);
+    scratch.run("report c.prism m.pref --out page.html").expect(0);
     let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,0")]);
     let guaranteed = dom.split("<dt>guaranteed</dt>").nth(1).unwrap().split("</dd>").next().unwrap();
     assert_eq!(guaranteed, "<dd>1");
     // The opponent of a game has the same choices.
-    let game = scratch.show("g.prism");
-    Finished::of(meliora().args(["report", &game, &prefs, "--coalition", "q", "--out", &page])).expect(0);
+    scratch.run("report g.prism m.pref --coalition q --out page.html").expect(0);
     let dom = browse(&browser, &scratch, &["--dump-dom", &format!("file://{page}#cell=0,0")]);
     let names: Vec<String> = moves(&dom).into_keys().collect();
     assert_eq!(names, ["back", "go(m#1)", "go(m#2)"], "{dom}");

@@ -1,18 +1,18 @@
 //! `--choose`: strategies that attain the values, and simulations that measure them.
 
-use serde_json::{Value, json};
+use serde_json::{Value as Json, json};
 
-use crate::cli::common::{Finished, Scratch, keys, meliora, run};
+use crate::cli::common::{Finished, Scratch, executable, keys, run};
 
 /// Simulates under both engines and returns what both found.
-fn simulated(arguments: &str) -> Value {
+fn simulated(arguments: &str) -> Json {
     let [symbolic, explicit] = ["symbolic", "explicit"]
-        .map(|engine| run(&format!("simulate {arguments} --json -q --engine {engine}")).expect(0).json());
+        .map(|engine| run!("simulate {arguments} --json -q --engine {engine}").expect(0).json());
     assert_eq!(symbolic["plays"], explicit["plays"], "{arguments}");
     symbolic["plays"][0].clone()
 }
 
-fn agrees(play: &Value) -> bool {
+fn agrees(play: &Json) -> bool {
     let value = &play["value"];
     let inside = |computed: &str, interval: &str| {
         let [lower, upper] = ["lower", "upper"].map(|bound| value[interval][bound].as_f64().unwrap());
@@ -25,7 +25,7 @@ fn agrees(play: &Value) -> bool {
 }
 
 /// Returns whether bounds contain a number, and are close.
-fn is(bounds: &Value, x: f64) -> bool {
+fn is(bounds: &Json, x: f64) -> bool {
     let [lower, upper] = ["lower", "upper"].map(|bound| bounds[bound].as_f64().unwrap());
     lower <= x && x <= upper && upper - lower < 1e-9
 }
@@ -76,11 +76,11 @@ fn likely_takes_the_better_action_although_it_is_not_the_first() {
     let files = files(&scratch, "worse");
     let first = simulated(&format!("{files} --kind spi --seed 3"));
     let likely = simulated(&format!("{files} --choose likely --seed 3"));
-    assert_eq!(first["value"], Value::Null);
+    assert_eq!(first["value"], Json::Null);
     assert!(first["improvements"][1]["plays"].as_u64().unwrap() < 100);
     assert!(is(&likely["value"]["probability"], 0.26));
     assert!(agrees(&likely), "{likely}");
-    let state = &run(&format!("strategy {files} --choose likely --json")).expect(0).json()["states"][0];
+    let state = &run!("strategy {files} --choose likely --json").expect(0).json()["states"][0];
     assert_eq!((&state["progress_action"], &state["chosen_action"]), (&json!("rash"), &json!("careful")));
     assert_eq!(state["attains"]["improvements"], 1);
 }
@@ -148,12 +148,12 @@ fn the_cheapest_way_depends_on_the_reward_structure() {
     let files = files(&scratch, "ways");
     for (options, action, cost) in [("", "fast", 1.0), ("--reward fuel", "slow", 3.0)] {
         let arguments = format!("{files} --choose cheap {options}");
-        let report = run(&format!("strategy {arguments} --json")).expect(0).json();
+        let report = run!("strategy {arguments} --json").expect(0).json();
         assert_eq!(report["states"][0]["chosen_action"], action);
         let play = simulated(&arguments);
         assert!(is(&play["value"]["cost"], cost) && agrees(&play), "{options}: {play}");
     }
-    let report = run(&format!("strategy {files} --choose cheap --reward fuel --json")).expect(0).json();
+    let report = run!("strategy {files} --choose cheap --reward fuel --json").expect(0).json();
     assert_eq!((&report["choose"], &report["reward"]), (&json!("cheap"), &json!("fuel")));
 }
 
@@ -161,27 +161,26 @@ fn the_cheapest_way_depends_on_the_reward_structure() {
 fn the_choice_keeps_requirements() {
     let scratch = scratch();
     let wishes = "objective One = F x=3; objective Other = F x=4; require G !(x=1);";
-    std::fs::write(scratch.path("ways.pref"), wishes).unwrap();
-    std::fs::write(scratch.path("worse.pref"), "objective Goal = F x=1; require G !(x=3);").unwrap();
+    scratch.write("ways.pref", wishes);
+    scratch.write("worse.pref", "objective Goal = F x=1; require G !(x=3);");
     // The cheaper way is forbidden.
     let arguments = format!("{} --choose cheap --reward fuel", files(&scratch, "ways"));
     for engine in ["symbolic", "explicit"] {
-        let report = run(&format!("strategy {arguments} --json --engine {engine}")).expect(0).json();
+        let report = run!("strategy {arguments} --json --engine {engine}").expect(0).json();
         assert_eq!(report["states"][0]["chosen_action"], "fast");
     }
     let play = simulated(&arguments);
     assert!(is(&play["value"]["cost"], 9.0) && agrees(&play), "{play}");
     // Both actions may violate the requirement: nothing is left to choose.
-    let unsafe_start = run(&format!("values {} --json", files(&scratch, "worse"))).expect(0).json();
+    let unsafe_start = run!("values {} --json", files(&scratch, "worse")).expect(0).json();
     assert_eq!(unsafe_start["states"][0]["unsafe"], true, "{unsafe_start}");
     assert_eq!(unsafe_start["states"][0]["levels"], json!([]));
     // All states are listed, the unsafe ones too.
-    let all = run(&format!("values {} --all --json", files(&scratch, "worse"))).expect(0).json();
+    let all = run!("values {} --all --json", files(&scratch, "worse")).expect(0).json();
     assert_eq!(all["states"].as_array().unwrap().len().to_string(), all["counts"]["states"]);
     assert!(all["states"].as_array().unwrap().contains(&unsafe_start["states"][0]), "{all}");
     // As many states as the analysis has, but not all of them.
-    let twice =
-        run(&format!("values {} --at x=0 --at x=0 --json", files(&scratch, "worse"))).expect(0).json();
+    let twice = run!("values {} --at x=0 --at x=0 --json", files(&scratch, "worse")).expect(0).json();
     assert_eq!(twice["states"], json!([unsafe_start["states"][0], unsafe_start["states"][0]]));
 }
 
@@ -192,7 +191,7 @@ fn a_wrong_reward_in_any_state_of_the_scope_is_an_error() {
         for engine in ["symbolic", "explicit"] {
             let (name, options) = command.split_once(' ').unwrap_or((command, ""));
             let options = format!("{options} --reward wrong --at x=2 --engine {engine} --json");
-            let found = run(&format!("{name} {} {options}", files(&scratch, "ways"))).expect(3).json();
+            let found = run!("{name} {} {options}", files(&scratch, "ways")).expect(3).json();
             assert_eq!(found["message"], "the reward structure \"wrong\" earns -1 in the state x=3");
             assert_eq!(found["line"], 8);
         }
@@ -202,16 +201,16 @@ fn a_wrong_reward_in_any_state_of_the_scope_is_an_error() {
 #[test]
 fn the_text_shows_both_numbers() {
     let drone = "models/drone.prism models/drone.pref";
-    let text = run(&format!("simulate {drone} --choose likely")).expect(0).stdout;
+    let text = run!("simulate {drone} --choose likely").expect(0).stdout;
     let value = "  Probability of 2 improvements: 0.166667 computed,\n    \
                  0.167 measured (99 % interval 0.138835 to 0.199555).\n";
     assert!(text.contains(value) && text.contains("· choose likely ·"), "{text}");
-    let text = run(&format!("strategy {drone} --choose likely")).expect(0).stdout;
+    let text = run!("strategy {drone} --choose likely").expect(0).stdout;
     assert!(text.contains("Attains: 2 improvements with probability 0.166667"), "{text}");
     assert!(text.contains("survey  permitted, most likely to improve"), "{text}");
-    let text = run(&format!("strategy {drone} --choose cheap")).expect(0).stdout;
-    assert!(text.contains("Attains: 1 improvement with probability 1, 1 step expected"), "{text}");
-    let table = run(&format!("strategy {drone} --choose likely --csv -")).expect(0).stdout;
+    run!("strategy {drone} --choose cheap")
+        .prints(0, "Attains: 1 improvement with probability 1, 1 step expected");
+    let table = run!("strategy {drone} --choose likely --csv -").expect(0).stdout;
     assert!(table.lines().any(|line| line.contains("survey,true,true,true,true")), "{table}");
 }
 
@@ -237,14 +236,14 @@ fn all_fields_are_there_without_values_too() {
     let names = ["choose", "reward"];
     let report = run("strategy models/toy.prism models/toy.pref --json").expect(0).json();
     assert!(names.iter().all(|name| keys(&report).contains(name)));
-    assert_eq!((&report["choose"], &report["reward"]), (&json!("first"), &Value::Null));
+    assert_eq!((&report["choose"], &report["reward"]), (&json!("first"), &Json::Null));
 }
 
 #[test]
 fn combinations_without_a_meaning_are_refused_by_name() {
     let refused = |options: &str| {
         let all = format!("simulate models/toy.prism models/toy.pref {options}");
-        Finished::of(meliora().args(all.split_whitespace())).expect(2).stderr
+        Finished::of(executable().args(all.split_whitespace())).expect(2).stderr
     };
     for (options, message) in [
         ("--choose likely --kind sasi", "with `--kind sasi`, use `--choose cheap`"),

@@ -2,27 +2,40 @@
 
 #![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
 
 use assert_cmd::Command;
-use serde_json::Value;
 use tempfile::TempDir;
 
+use crate::common::prelude::*;
+
 /// The command, without the environment's wishes for colours.
-pub fn meliora() -> Command {
+pub fn executable() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_meliora"));
     command.env_remove("NO_COLOR").env_remove("CLICOLOR_FORCE").current_dir(env!("CARGO_MANIFEST_DIR"));
     command
 }
 
-/// The command with arguments split at white space.
+/// The command with arguments split at white space; those in `'…'` are whole.
 pub fn run(arguments: &str) -> Finished {
-    Finished::of(meliora().args(arguments.split_whitespace()))
+    Finished::of(executable().args(words(arguments)))
 }
 
-/// The exit status and the output of a finished run.
-#[derive(Debug)]
+fn words(arguments: &str) -> Vec<String> {
+    let mut words = Vec::new();
+    for (at, part) in arguments.split('\'').enumerate() {
+        match at % 2 {
+            0 => words.extend(part.split_whitespace().map(str::to_owned)),
+            _ => words.push(part.to_owned()),
+        }
+    }
+    words
+}
+
+/// The command line, the exit status and the output of a finished run.
+#[derive(Debug, Clone)]
 pub struct Finished {
+    pub asked: String,
     pub status: i32,
     pub stdout: String,
     pub stderr: String,
@@ -32,6 +45,7 @@ impl Finished {
     pub fn of(command: &mut Command) -> Self {
         let output = command.output().unwrap();
         Finished {
+            asked: format!("{command:?}"),
             status: output.status.code().unwrap_or(-1),
             stdout: String::from_utf8(output.stdout).unwrap(),
             stderr: String::from_utf8(output.stderr).unwrap(),
@@ -39,13 +53,34 @@ impl Finished {
     }
 
     /// The one JSON object on stdout.
-    pub fn json(&self) -> Value {
+    pub fn json(&self) -> Json {
         serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}: {self:?}"))
     }
 
     /// Checks that standard error contains a text.
-    pub fn says(&self, text: &str) {
-        assert!(self.stderr.contains(text), "{text}: {}", self.stderr);
+    #[track_caller]
+    pub fn says(&self, text: impl AsRef<str>) -> &Self {
+        assert!(self.stderr.contains(text.as_ref()), "{}: {}\n{}", text.as_ref(), self.asked, self.stderr);
+        self
+    }
+
+    /// Checks that standard output contains a text.
+    #[track_caller]
+    pub fn shows(&self, text: impl AsRef<str>) -> &Self {
+        assert!(self.stdout.contains(text.as_ref()), "{}: {}\n{}", text.as_ref(), self.asked, self.stdout);
+        self
+    }
+
+    /// Requires an exit status, and a text on standard error.
+    #[track_caller]
+    pub fn ends(self, status: i32, text: impl AsRef<str>) -> Self {
+        self.expect(status).says(text).clone()
+    }
+
+    /// Requires an exit status, and a text on standard output.
+    #[track_caller]
+    pub fn prints(self, status: i32, text: impl AsRef<str>) -> Self {
+        self.expect(status).shows(text).clone()
     }
 
     /// Requires an exit status.
@@ -75,10 +110,37 @@ impl Scratch {
     pub fn show(&self, name: &str) -> String {
         self.path(name).display().to_string()
     }
+
+    /// Runs the command here. Files below `models` are those of the repository.
+    pub fn run(&self, arguments: impl AsRef<str>) -> Finished {
+        self.ask(arguments, &[] as &[&str])
+    }
+
+    /// Runs the command here, with more arguments.
+    pub fn ask(
+        &self,
+        arguments: impl AsRef<str>,
+        more: impl IntoIterator<Item = impl AsRef<OsStr>>,
+    ) -> Finished {
+        let here = |word: String| match word.starts_with("models/") {
+            true => format!("{}/{word}", env!("CARGO_MANIFEST_DIR")),
+            false => word,
+        };
+        let arguments = words(arguments.as_ref()).into_iter().map(here);
+        Finished::of(executable().current_dir(self.path("")).args(arguments).args(more))
+    }
+
+    pub fn read(&self, name: &str) -> String {
+        fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    pub fn write(&self, name: &str, text: impl AsRef<[u8]>) {
+        fs::write(self.path(name), text).unwrap();
+    }
 }
 
 /// The keys of an object, in their order.
-pub fn keys(value: &Value) -> Vec<&str> {
+pub fn keys(value: &Json) -> Vec<&str> {
     value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 

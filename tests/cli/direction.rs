@@ -1,9 +1,7 @@
 //! `reach` with a property about the initial states: all valuations, or a guided search, may answer before the states are
 //! known.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// A shift register of 31 flags that takes 2^31 - 1 steps to return to its first state, and can be left at any time.
 pub(crate) fn register() -> String {
@@ -17,7 +15,7 @@ pub(crate) fn register() -> String {
 
 fn asked(property: &str, more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", &register())]);
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--property", property]).args(more))
+    scratch.ask(format!("reach m.prism --property '{property}'"), more)
 }
 
 #[test]
@@ -44,15 +42,15 @@ fn a_policy_over_all_valuations_visits_reachable_states_only() {
     let partial = register().replace("done : bool;", "done : bool; n : [0..1];");
     let partial = partial.replace("endmodule", "[] n=1 -> (n'=n+1); endmodule");
     let scratch = Scratch::new(&[("m.prism", &partial)]);
-    let (model, policy) = (scratch.show("m.prism"), scratch.show("policy.json"));
-    let asked = ["reach", &model, "--property", "Pmax>=1 [ F done ]", "--policy", &policy, "--json"];
-    let found = Finished::of(meliora().args(asked)).expect(0).json();
+    let found = scratch
+        .run("reach m.prism --property 'Pmax>=1 [ F done ]' --policy policy.json --json")
+        .expect(0)
+        .json();
     assert_eq!((&found["over_all_valuations"], &found["plan"]["policy_states"]), (&json!(true), &json!("1")));
     assert_eq!(found["plan"]["strong_cyclic"], json!(true));
-    Finished::of(meliora().args(["verify", &policy, &model, "--target", "done"])).expect(0);
+    scratch.run("verify policy.json m.prism --target done").expect(0);
     let (none, never) = (scratch.show("none.json"), "Pmax>=1 [ F done & b0 & !b0 ]");
-    let found =
-        Finished::of(meliora().args(["reach", &model, "--property", never, "--policy", &none, "--json"]));
+    let found = scratch.run(format!("reach m.prism --property '{never}' --policy '{none}' --json"));
     let found = found.expect(1).json();
     assert_eq!(found["plan"]["strong_cyclic"], json!(false));
 }
@@ -68,8 +66,7 @@ fn the_text_says_that_the_states_are_not_counted() {
 fn states_that_are_soon_known_are_counted() {
     let small = register().replace("b30!=b2", "false");
     let scratch = Scratch::new(&[("m.prism", &small)]);
-    let given = ["reach", &scratch.show("m.prism"), "--property", "Pmax>=1 [ F done ]", "--json"];
-    let found = Finished::of(meliora().args(given)).expect(0).json();
+    let found = scratch.run("reach m.prism --property 'Pmax>=1 [ F done ]' --json").expect(0).json();
     assert_eq!((&found["counts"]["states"], &found["pmax_one"]), (&json!("64"), &json!("64")));
     assert!(found.get("over_all_valuations").is_none());
 }
@@ -102,9 +99,8 @@ pub(crate) fn power(outcomes: &str) -> String {
 #[test]
 fn a_guided_search_finds_a_policy_of_few_states_among_millions() {
     let scratch = lamps(24, &power("(power) (and)"));
-    let (domain, problem, policy) = (scratch.show("d.pddl"), scratch.show("p.pddl"), scratch.show("p.txt"));
-    let asked =
-        |more: &[&str]| Finished::of(meliora().args(["reach", &domain, &problem]).args(more)).expect(0);
+    let policy = scratch.show("p.txt");
+    let asked = |more: &[&str]| scratch.ask("reach d.pddl p.pddl", more).expect(0);
     let found = asked(&["--json", "--policy", &policy]).json();
     assert_eq!(
         (&found["by_guided_search"], &found["counts"], &found["holds"]),
@@ -114,21 +110,15 @@ fn a_guided_search_finds_a_policy_of_few_states_among_millions() {
         (&found["initial"]["pmax_one"], &found["plan"]["policy_states"]),
         (&json!("all"), &json!("25"))
     );
-    let verified =
-        Finished::of(meliora().args(["verify", &policy, &domain, &problem, "--json"])).expect(0).json();
+    let verified = scratch.run("verify p.txt d.pddl p.pddl --json").expect(0).json();
     assert_eq!(verified["states"], "25", "{verified}");
-    let text = asked(&[]).stdout;
-    assert!(
-        text.contains("decided by a guided search") && text.contains("A strong cyclic plan exists"),
-        "{text}"
-    );
+    asked(&[]).shows("decided by a guided search").shows("A strong cyclic plan exists");
 }
 
 #[test]
 fn a_guided_search_proves_that_no_plan_exists() {
     let scratch = lamps(24, &power("(power) (blown)"));
-    let (domain, problem) = (scratch.show("d.pddl"), scratch.show("p.pddl"));
-    let found = Finished::of(meliora().args(["reach", &domain, &problem, "--json"])).expect(1).json();
+    let found = scratch.run("reach d.pddl p.pddl --json").expect(1).json();
     assert_eq!((&found["by_guided_search"], &found["holds"]), (&json!(true), &json!(false)), "{found}");
     assert_eq!(
         (&found["initial"]["pmax_one"], &found["plan"]["strong_cyclic"]),

@@ -1,8 +1,6 @@
 //! Files after an `export` that fails, the form of tables, and the settings that `verify` takes from a dump.
 
-use std::fs;
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 const NEGATIVE: &str = "mdp
 module m
@@ -24,7 +22,7 @@ fn an_export_whose_values_fail_leaves_the_older_dump() {
         Scratch::new(&[("m.prism", NEGATIVE), ("m.pref", ONE), ("none.pref", "objective A = F s=1;")]);
     let [model, wishes, none, out] =
         ["m.prism", "m.pref", "none.pref", "dump"].map(|name| scratch.show(name));
-    run(&format!("export {model} {wishes} --out {out} -q")).expect(0);
+    run!("export {model} {wishes} --out {out} -q").expect(0);
     let verify = format!("verify {out} {model} {wishes}");
     run(&verify).expect(0);
     let before = fs::read(scratch.path("dump").join("manifest.json")).unwrap();
@@ -42,11 +40,11 @@ fn an_export_whose_values_fail_leaves_the_older_dump() {
 fn names_with_commas_are_quoted_in_the_header_of_values() {
     let scratch = Scratch::new(&[("c.pddl", LINKS), ("c.pref", "prefer one > two;")]);
     let [model, wishes, out] = ["c.pddl", "c.pref", "dump"].map(|name| scratch.show(name));
-    run(&format!("export {model} {wishes} --out {out} --values -q")).expect(0);
+    run!("export {model} {wishes} --out {out} --values -q").expect(0);
     let table = fs::read_to_string(scratch.path("dump").join("values.csv")).unwrap();
     let header = table.lines().next().unwrap();
     assert!(header.contains("\"lnk(a,b)\","), "{header}");
-    run(&format!("verify {out} {model} {wishes}")).expect(0);
+    run!("verify {out} {model} {wishes}").expect(0);
 }
 
 /// Whoever writes a dump chooses its constants, its scope and its safety: `verify` says which they are.
@@ -56,9 +54,9 @@ fn verify_names_what_it_takes_from_the_dump() {
     let out = scratch.show("dump");
     let (model, wishes) = ("models/pursuit.prism", "models/pursuit.pref");
     let options = "-c N=3 --safety prefix --max-level 1 --values --levels 1";
-    run(&format!("export {model} {wishes} {options} --out {out} -q")).expect(0);
+    run!("export {model} {wishes} {options} --out {out} -q").expect(0);
     let verify = format!("verify {out} {model} {wishes}");
-    let taken = run(&format!("{verify} --json")).expect(0).json()["taken"].clone();
+    let taken = run!("{verify} --json").expect(0).json()["taken"].clone();
     let expected = [
         ("constants", "N=3"),
         ("scope", "reachable"),
@@ -78,12 +76,12 @@ fn verify_names_what_it_takes_from_the_dump() {
     );
     // A number of a million digits is not printed in full.
     let digits = "0".repeat(1_000_000);
-    run(&format!("export models/drone.prism models/drone.pref --out {out} -q")).expect(0);
+    run!("export models/drone.prism models/drone.pref --out {out} -q").expect(0);
     let manifest = scratch.path("dump").join("manifest.json");
     let long = fs::read_to_string(&manifest).unwrap().replace("\"given\": []", "\"given\": [\"B\"]");
     let long = long.replace("\"B\": 4", &format!("\"B\": 4.{digits}"));
     fs::write(&manifest, long).unwrap();
-    let refused = run(&format!("verify {out} models/drone.prism models/drone.pref"));
+    let refused = run!("verify {out} models/drone.prism models/drone.pref");
     assert_ne!(refused.status, 0);
     let length = refused.stdout.len() + refused.stderr.len();
     assert!(length < 10_000, "{length} bytes");

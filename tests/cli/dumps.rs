@@ -1,21 +1,17 @@
 //! Export, query and verify from the command line.
 
-use std::collections::BTreeMap;
-use std::fs;
-
-use serde_json::Value;
-
-use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, keys, meliora, run};
+use crate::cli::common::{LONG, LONG_PREFS, keys};
 use crate::common::factory::{PREFERENCES, factory};
+use crate::common::prelude::*;
 
 fn export(scratch: &Scratch, model: &str, options: &str) -> String {
     let out = scratch.show("dump");
-    run(&format!("export models/{model}.prism models/{model}.pref {options} --out {out} -q")).expect(0);
+    run!("export models/{model}.prism models/{model}.pref {options} --out {out} -q").expect(0);
     out
 }
 
 fn query(dump: &str, arguments: &[&str]) -> Finished {
-    Finished::of(meliora().args(["query", dump]).args(arguments))
+    Finished::of(executable().args(["query", dump]).args(arguments))
 }
 
 fn count(dump: &str, region: &str) -> String {
@@ -23,9 +19,9 @@ fn count(dump: &str, region: &str) -> String {
 }
 
 /// Returns the size of each region in the report of `check`, by the region's name.
-fn expected(report: &Value) -> BTreeMap<String, String> {
+fn expected(report: &Json) -> BTreeMap<String, String> {
     let mut all = BTreeMap::new();
-    let mut add = |name: String, count: &Value| {
+    let mut add = |name: String, count: &Json| {
         all.insert(name, count.as_str().unwrap().to_owned());
     };
     add("reachable".into(), &report["counts"]["states"]);
@@ -65,9 +61,8 @@ fn a_dump_has_the_counts_of_check() {
     ] {
         let scratch = Scratch::new(&[]);
         let dump = export(&scratch, model, options);
-        let report =
-            run(&format!("check models/{model}.prism models/{model}.pref {options} --json")).expect(0).json();
-        let manifest: Value =
+        let report = run!("check models/{model}.prism models/{model}.pref {options} --json").expect(0).json();
+        let manifest: Json =
             serde_json::from_str(&fs::read_to_string(format!("{dump}/manifest.json")).unwrap()).unwrap();
         let roots = manifest["regions"]["roots"].as_array().unwrap();
         for (region, number) in expected(&report) {
@@ -78,7 +73,7 @@ fn a_dump_has_the_counts_of_check() {
                 assert_eq!(count(&dump, &region), number, "{region}");
             }
         }
-        run(&format!("verify {dump} models/{model}.prism models/{model}.pref")).expect(0);
+        run!("verify {dump} models/{model}.prism models/{model}.pref").expect(0);
     }
 }
 
@@ -131,7 +126,7 @@ fn an_empty_list_says_so() {
     let dump = export(&scratch, "toy", "");
     let empty = query(&dump, &["reachable & !reachable", "--list", "3"]).expect(0);
     assert_eq!(empty.stdout, "");
-    assert!(empty.stderr.contains("no state to list"), "{}", empty.stderr);
+    empty.says("no state to list");
     assert_eq!(query(&dump, &["reachable", "--list", "3"]).expect(0).stderr, "");
     assert_eq!(query(&dump, &["reachable", "--list", "0"]).expect(0).stderr, "");
 }
@@ -159,17 +154,16 @@ fn a_changed_file_model_or_hash_is_refused() {
     let scratch = Scratch::new(&[]);
     let dump = export(&scratch, "toy", "");
     let model = fs::read_to_string("models/toy.prism").unwrap();
-    fs::write(scratch.path("m.prism"), model + "// changed\n").unwrap();
-    let other =
-        run(&format!("verify {dump} {} models/toy.pref --json", scratch.show("m.prism"))).expect(1).json();
+    scratch.write("m.prism", model + "// changed\n");
+    let other = run!("verify {dump} {} models/toy.pref --json", scratch.show("m.prism")).expect(1).json();
     assert!(other["violation"]["condition"].as_str().unwrap().contains("SHA-256 of the model"));
     let file = scratch.path("dump").join("certificate.dddmp");
     let text = fs::read_to_string(&file).unwrap();
     fs::write(&file, text.replacen(" 1 -1\n", " 1 -2\n", 1)).unwrap();
-    run(&format!("verify {dump} models/toy.prism models/toy.pref")).expect(3);
+    run!("verify {dump} models/toy.prism models/toy.pref").expect(3);
     fs::write(&file, "").unwrap();
-    let failed = run(&format!("verify {dump} models/toy.prism models/toy.pref --json")).expect(3).json();
-    assert_eq!((&failed["kind"], &failed["line"]), (&Value::from("input"), &Value::from(1)));
+    let failed = run!("verify {dump} models/toy.prism models/toy.pref --json").expect(3).json();
+    assert_eq!((&failed["kind"], &failed["line"]), (&Json::from("input"), &Json::from(1)));
 }
 
 #[test]
@@ -184,7 +178,7 @@ fn texts_that_the_dump_was_not_made_from_are_named() {
             "the dump was made from another preference file",
         ),
     ] {
-        let refused = run(&format!("verify {dump} {model} {preferences}")).expect(3).stderr;
+        let refused = run!("verify {dump} {model} {preferences}").expect(3).stderr;
         assert!(refused.contains(what) && !refused.contains("the constants of the dump"), "{refused}");
         assert!(refused.contains("manifest.json: "), "{refused}");
     }
@@ -211,7 +205,7 @@ fn regions_are_chosen_by_globs() {
             "sasi_unbounded.dot"
         ]
     );
-    run(&format!("verify {dump} models/toy.prism models/toy.pref")).expect(3);
+    run!("verify {dump} models/toy.prism models/toy.pref").expect(3);
     let nothing =
         format!("export models/toy.prism models/toy.pref --region x* --out {}", scratch.show("other"));
     run(&nothing).expect(2);
@@ -222,8 +216,8 @@ fn regions_are_chosen_by_globs() {
 fn constants_come_from_the_dump() {
     let scratch = Scratch::new(&[("m.prism", LONG), ("p.pref", LONG_PREFS)]);
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("dump"));
-    run(&format!("export {m} {p} -c N=20 --out {out}")).expect(0);
-    run(&format!("verify {out} {m} {p}")).expect(0);
+    run!("export {m} {p} -c N=20 --out {out}").expect(0);
+    run!("verify {out} {m} {p}").expect(0);
     let confined = query(&out, &["reachable", "--where", "x = N", "--count"]).expect(0).stdout;
     assert_eq!(confined.trim(), count(&out, "target:A"));
 }
@@ -235,11 +229,10 @@ fn constants_of_every_size_survive_a_dump() {
     let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective A = F x=n;")]);
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("m.pref"), scratch.show("dump"));
     for big in ["1e16", "1e22", "123456789012345680.0", "0.1", "3", "5e-324", "1.7976931348623157e308"] {
-        run(&format!("export {m} {p} -c big={big},n=2 --out {out} -q")).expect(0);
-        run(&format!("verify {out} {m} {p}")).expect(0);
+        run!("export {m} {p} -c big={big},n=2 --out {out} -q").expect(0);
+        run!("verify {out} {m} {p}").expect(0);
     }
-    let refused = run(&format!("export {m} {p} -c big=1e999,n=2 --out {out} -q")).expect(3);
-    assert!(refused.stderr.contains("`1e999` is too large for a double"), "{}", refused.stderr);
+    run!("export {m} {p} -c big=1e999,n=2 --out {out} -q").ends(3, "`1e999` is too large for a double");
 }
 
 #[test]
@@ -249,9 +242,9 @@ fn an_unknown_scope_of_a_dump_is_an_error_and_not_the_usual_one() {
     let manifest = scratch.path("dump").join("manifest.json");
     let text = fs::read_to_string(&manifest).unwrap();
     fs::write(&manifest, text.replacen("\"reachable\",", "\"reached\",", 1)).unwrap();
-    let refused = run(&format!("verify {dump} models/toy.prism models/toy.pref")).expect(3);
+    let refused = run!("verify {dump} models/toy.prism models/toy.pref").expect(3);
     let message = "the scope is `reached`; expected `reachable` or `all`";
-    assert!(refused.stderr.contains(message), "{}", refused.stderr);
+    refused.says(message);
 }
 
 #[test]
@@ -282,23 +275,20 @@ fn values_of_a_dump_are_verified() {
         ("pursuit", "--values --safety prefix --levels 3 -c N=3"),
     ] {
         let dump = export(&scratch, model, options);
-        let report = run(&format!("verify {dump} models/{model}.prism models/{model}.pref")).expect(0).stdout;
-        assert!(report.contains("P_1 ") && report.contains("C_1 "), "{report}");
+        run!("verify {dump} models/{model}.prism models/{model}.pref").prints(0, "P_1 ").shows("C_1 ");
     }
     let out = scratch.show("drone");
     let drone = format!("export models/drone.prism models/drone.pref --out {out} --values --safety action");
-    let report = run(&format!("{drone} --json")).expect(0).json();
+    let report = run!("{drone} --json").expect(0).json();
     assert_eq!((report["values"]["rows"].as_u64(), report["values"]["levels"].as_u64()), (Some(2), Some(2)));
     assert!(report["values"]["narrow"].as_bool().unwrap());
     let text = fs::read_to_string(format!("{out}/values.csv")).unwrap();
     assert!(text.starts_with("at,p_1_lower,p_1_upper,p_1_rank,c_1_lower,"), "{text}");
     // Doubles are as narrow as possible, but 1/6 is none.
-    let wide = run(&format!("{drone} --precision 1e-300")).expect(0).stdout;
-    assert!(wide.contains("more than the precision"), "{wide}");
-    let limited = run(&format!("{drone} --limit 1")).expect(4).stderr;
-    assert!(limited.contains("the values of 2 states; a larger `--limit` than 1 allows it"), "{limited}");
+    run!("{drone} --precision 1e-300").prints(0, "more than the precision");
+    run!("{drone} --limit 1").ends(4, "the values of 2 states; a larger `--limit` than 1 allows it");
     for wrong in ["--reward gold", "--region sasi:*", "--no-certificate", "--format drn"] {
-        run(&format!("{drone} {wrong}")).expect(2);
+        run!("{drone} {wrong}").expect(2);
     }
     run(&drone.replace("--values", "--levels 2")).expect(2);
 }
@@ -308,7 +298,7 @@ fn values_of_a_dump_are_verified() {
 fn a_limit_that_ends_the_proof_is_in_its_phase_and_leaves_the_regions() {
     let scratch = Scratch::new(&[("m.prism", &factory(12)), ("m.pref", PREFERENCES)]);
     let [model, wishes, out] = ["m.prism", "m.pref", "dump"].map(|name| scratch.show(name));
-    let export = |limit: &str| run(&format!("export {model} {wishes} --out {out} {limit} --json"));
+    let export = |limit: &str| run!("export {model} {wishes} --out {out} {limit} --json");
     let total = export("").expect(0).json()["time"]["total"].as_f64().unwrap();
     // The machine may be busy, so the limits are many.
     for share in [0.9, 0.8, 0.7, 0.6, 1.0, 0.5, 1.2] {
@@ -316,15 +306,12 @@ fn a_limit_that_ends_the_proof_is_in_its_phase_and_leaves_the_regions() {
         let ended = export(&format!("--timeout {}ms", (1000.0 * total * share) as u64));
         let report = ended.json();
         if !report["regions"].as_array().unwrap().is_empty() {
-            run(&format!("query {out} reachable --count")).expect(0);
+            run!("query {out} reachable --count").expect(0);
         }
         if ended.stderr.contains("without a certificate") {
             assert_eq!(ended.status, 4);
-            assert!(
-                ended.stderr.contains("all regions are written, with the proofs of the others"),
-                "{ended:?}"
-            );
-            assert!(ended.stderr.contains("phase `certificate`"), "{ended:?}");
+            ended.says("all regions are written, with the proofs of the others");
+            ended.says("phase `certificate`");
             assert!(report["certificate_nodes"].is_number(), "{report}");
             return;
         }

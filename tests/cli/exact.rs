@@ -1,15 +1,13 @@
 //! Exact values decide which branches exist, in every format and both engines; and exact arithmetic
 //! ends.
 
-use serde_json::Value as Json;
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// The answer to a question about a model, the same under both engines.
 #[track_caller]
 fn holds(scratch: &Scratch, arguments: &[&str], property: &str) -> bool {
     let answers = ["symbolic", "explicit"].map(|engine| {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(["reach", "--json", "--engine", engine, "--property", property]);
         command.arg(scratch.show(arguments[0])).args(&arguments[1..]);
         let run = Finished::of(&mut command);
@@ -76,7 +74,7 @@ fn constants_of_the_command_line_and_of_sweeps_are_exact() {
         assert_eq!(holds(&scratch, &["m", "-c", &format!("p={p}")], "Pmax>=1 [ F x=1 ]"), exists, "{p}");
     }
     let [model, prefs, out] = ["m", "m.pref", "out"].map(|name| scratch.show(name));
-    let run = |arguments: &[&str]| Finished::of(meliora().args(arguments)).expect(0);
+    let run = |arguments: &[&str]| Finished::of(executable().args(arguments)).expect(0);
     run(&["export", &model, &prefs, "-c", "p=1e-400", "--out", &out]);
     run(&["verify", &out, &model, &prefs]);
     let text = std::fs::read_to_string(scratch.path("out").join("manifest.json")).unwrap();
@@ -121,19 +119,19 @@ fn what_is_written_reads_back_with_the_same_branches() {
         [b] x=0 -> pow(2,-1200.0):(x'=2) + (1-pow(2,-1200.0)):(x'=0); endmodule";
     let scratch =
         Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F x=1; objective B = F x=2;")]);
-    let [file, prefs] = ["m.prism", "p.pref"].map(|name| scratch.show(name));
+    let file = scratch.show("m.prism");
     let asked = |model: &str| {
-        let json = Finished::of(meliora().args(["info", model, "--json"])).expect(0).json();
+        let json = Finished::of(executable().args(["info", model, "--json"])).expect(0).json();
         [json["counts"]["states"].clone(), json["counts"]["transitions"].clone()]
     };
     let expected = asked(&file);
     for (format, written) in [("umb", "model.umb"), ("drn", "model.drn"), ("explicit", "model.tra")] {
         let out = scratch.show(format);
-        Finished::of(meliora().args(["export", &file, &prefs, "--format", format, "--out", &out])).expect(0);
+        scratch.run(format!("export m.prism p.pref --format {format} --out {out}")).expect(0);
         assert_eq!(asked(&format!("{out}/{written}")), expected, "{format}");
     }
-    let flat = Finished::of(meliora().args(["info", &file, "--flat"])).expect(0).stdout;
-    std::fs::write(scratch.path("flat.prism"), flat).unwrap();
+    let flat = scratch.run("info m.prism --flat").expect(0).stdout;
+    scratch.write("flat.prism", flat);
     assert_eq!(asked(&scratch.show("flat.prism")), expected);
 }
 
@@ -143,8 +141,7 @@ fn sums_are_judged_exactly_within_a_tolerance() {
     let said = |p: &str| {
         let scratch = Scratch::new(&[("m", &model(p))]);
         ["symbolic", "explicit"].map(|engine| {
-            let mut command = meliora();
-            let run = Finished::of(command.args(["info", &scratch.show("m"), "--engine", engine]));
+            let run = scratch.run(format!("info m --engine {engine}"));
             (run.status, run.stderr.contains("sum to 0.999"), run.stderr.contains("give 0.999"))
         })
     };
@@ -167,11 +164,10 @@ fn a_double_that_counts_for_an_exact_value_is_reported() {
         ("pow(0.99,365)", true),
     ] {
         let scratch = Scratch::new(&[("m", &step(p, &format!("(1-{p})")))]);
-        let mut command = meliora();
-        let run = Finished::of(command.args(["info", &scratch.show("m"), "--json"])).expect(0);
+        let run = scratch.run("info m --json").expect(0);
         assert_eq!(run.stderr.contains("a double counts"), !is_exact, "{p}: {}", run.stderr);
         assert_eq!(run.json()["model"]["inexact"].is_null(), is_exact, "{p}");
-        let text = Finished::of(meliora().args(["info", &scratch.show("m")])).expect(0).stdout;
+        let text = scratch.run("info m").expect(0).stdout;
         assert_eq!(text.contains("a double counts for an exact value at"), !is_exact, "{p}: {text}");
     }
 }
@@ -187,8 +183,8 @@ fn exact_arithmetic_is_bounded() {
         (&digits, "more than 4931 decimal digits"),
     ] {
         let scratch = Scratch::new(&[("m", &step(p, "1"))]);
-        let run = Finished::of(meliora().args(["info", &scratch.show("m")])).expect(3);
-        assert!(run.stderr.contains(said) && run.stderr.contains("m:1:"), "{said}: {:.3000}", run.stderr);
+        let run = scratch.run("info m").expect(3);
+        run.says(said).says("m:1:");
         assert!(run.stderr.len() < 10_000, "{said}: {} bytes", run.stderr.len());
     }
     decides(
@@ -197,8 +193,7 @@ fn exact_arithmetic_is_bounded() {
         true,
     );
     let scratch = Scratch::new(&[("m", &drn(&digits, "1"))]);
-    let run = Finished::of(meliora().args(["info", &scratch.show("m")])).expect(3);
-    assert!(run.stderr.contains("more than 4931 decimal digits"), "{:.3000}", run.stderr);
+    scratch.run("info m").ends(3, "more than 4931 decimal digits");
 }
 
 #[test]
@@ -210,15 +205,13 @@ fn formulas_that_double_are_evaluated_once_by_every_command() {
         [a] f60<10 -> f60/2+0.5:(x'=1) + 0.5-f60/2:(x'=0);\nendmodule\nlabel \"l\" = f60>0;\n"
     );
     let scratch = Scratch::new(&[("m.prism", &model), ("m.pref", "objective A = F f60=1;")]);
-    let [model, prefs, out] = ["m.prism", "m.pref", "out"].map(|name| scratch.show(name));
     for engine in ["symbolic", "explicit"] {
         for command in ["check", "strategy", "simulate", "values"] {
-            Finished::of(meliora().args([command, &model, &prefs, "--engine", engine])).expect(0);
+            scratch.run(format!("{command} m.prism m.pref --engine {engine}")).expect(0);
         }
     }
     for format in ["dddmp", "drn"] {
-        let out = format!("{out}-{format}");
-        Finished::of(meliora().args(["export", &model, &prefs, "--format", format, "--out", &out])).expect(0);
+        scratch.run(format!("export m.prism m.pref --format {format} --out out-{format}")).expect(0);
     }
 }
 
@@ -227,7 +220,7 @@ fn cycles_of_many_formulas_are_reported_shortly() {
     let n = 20_000;
     let formulas: String = (0..n).map(|i| format!("formula f{i} = f{}+f0;\n", (i + 1) % n)).collect();
     let scratch = Scratch::new(&[("m", &format!("mdp\n{formulas}module m x:[0..1]; endmodule"))]);
-    let run = Finished::of(meliora().args(["info", &scratch.show("m")])).expect(3);
-    assert!(run.stderr.contains("the formula `f0` depends on itself"), "{:.3000}", run.stderr);
+    let run = scratch.run("info m").expect(3);
+    run.says("the formula `f0` depends on itself");
     assert!(run.stderr.contains("more) -> f0") && run.stderr.len() < 100_000, "{} bytes", run.stderr.len());
 }

@@ -2,13 +2,11 @@
 
 use std::io::Read;
 
-use serde_json::Value as Json;
-
-use crate::cli::common::{Finished, Scratch, meliora};
 use crate::cli::models::MODELS;
+use crate::common::prelude::*;
 
 fn json(arguments: &[&str], constants: &str) -> Json {
-    let mut command = meliora();
+    let mut command = executable();
     command.args(arguments).arg("--json");
     if !constants.is_empty() {
         command.args(["--const", constants]);

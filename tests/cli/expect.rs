@@ -2,11 +2,7 @@
 //!
 //! `models/README.md` describes the lines: `command option=value …: path=value …`.
 
-use std::path::{Path, PathBuf};
-
-use serde_json::Value;
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// One expectation: a command, its options, and the values required in its JSON output.
 #[derive(Debug)]
@@ -33,7 +29,11 @@ fn every_expectation_beside_the_models_holds() {
     let mut checked = 0;
     for path in models() {
         for expectation in expectations(&std::fs::read_to_string(&path).unwrap()) {
-            for (engine, order) in CONFIGURATIONS {
+            for (at, (engine, order)) in CONFIGURATIONS.into_iter().enumerate() {
+                // By default, the orders of bits take turns.
+                if at < 2 && !takes_one_of(2, expectation.line + at) {
+                    continue;
+                }
                 if expectation.option("engine").is_some_and(|e| e != engine) {
                     continue;
                 }
@@ -128,7 +128,7 @@ fn words(text: &str) -> Vec<String> {
 fn failures_of(path: &Path, expectation: &Expectation, extra: &[&str]) -> Vec<String> {
     let finished = run(path, expectation, extra);
     let at = format!("{}:{} [{}]", path.display(), expectation.line, extra.join(" "));
-    let Ok(report) = serde_json::from_str::<Value>(&finished.stdout) else {
+    let Ok(report) = serde_json::from_str::<Json>(&finished.stdout) else {
         return vec![format!("{at}: no JSON: {finished:?}")];
     };
     let mut failures = Vec::new();
@@ -162,7 +162,7 @@ fn same(found: &str, expected: &str) -> bool {
 }
 
 fn run(path: &Path, expectation: &Expectation, extra: &[&str]) -> Finished {
-    let mut command = meliora();
+    let mut command = executable();
     command.arg(&expectation.command).arg(path).args(["--json", "-q"]).args(extra);
     let folder = path.parent().unwrap();
     let mut scratch = None;
@@ -196,9 +196,9 @@ fn with_empty(text: &str, empty: &str) -> String {
 }
 
 /// A step of a path is a key, an index, an objective's name, or a class's members joined by `+`.
-fn look_up<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
+fn look_up<'a>(value: &'a Json, path: &str) -> Option<&'a Json> {
     path.split('.').try_fold(value, |value, step| match value {
-        Value::Array(list) => match step.parse::<usize>() {
+        Json::Array(list) => match step.parse::<usize>() {
             Ok(index) => list.get(index),
             Err(_) => list.iter().find(|entry| name(entry) == step),
         },
@@ -206,20 +206,20 @@ fn look_up<'a>(value: &'a Value, path: &str) -> Option<&'a Value> {
     })
 }
 
-fn name(entry: &Value) -> String {
+fn name(entry: &Json) -> String {
     match &entry["most_preferred"] {
-        Value::Array(members) if members.is_empty() => "nothing".to_owned(),
-        Value::Array(members) => members.iter().filter_map(Value::as_str).collect::<Vec<_>>().join("+"),
+        Json::Array(members) if members.is_empty() => "nothing".to_owned(),
+        Json::Array(members) => members.iter().filter_map(Json::as_str).collect::<Vec<_>>().join("+"),
         _ => entry["name"].as_str().unwrap_or_default().to_owned(),
     }
 }
 
 /// A value as the lines write it: lists joined by commas, `-` for the empty list.
-fn show(value: &Value) -> String {
+fn show(value: &Json) -> String {
     match value {
-        Value::Array(list) if list.is_empty() => "-".to_owned(),
-        Value::Array(list) => list.iter().map(show).collect::<Vec<_>>().join(","),
-        Value::String(text) => text.clone(),
+        Json::Array(list) if list.is_empty() => "-".to_owned(),
+        Json::Array(list) => list.iter().map(show).collect::<Vec<_>>().join(","),
+        Json::String(text) => text.clone(),
         other => other.to_string(),
     }
 }

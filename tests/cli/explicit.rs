@@ -1,11 +1,7 @@
 //! Models state by state, read back and compared with what the reports say.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use serde_json::Value as Json;
-
-use crate::cli::common::{Finished, Scratch, meliora};
 use crate::common::graphs::reached;
+use crate::common::prelude::*;
 
 /// A model as the files have it.
 #[derive(Debug, Default, PartialEq)]
@@ -29,8 +25,7 @@ impl Read {
 }
 
 fn read_prism(scratch: &Scratch, stem: &str) -> Read {
-    let text =
-        |extension: &str| std::fs::read_to_string(scratch.path(&format!("{stem}.{extension}"))).unwrap();
+    let text = |extension: &str| scratch.read(&format!("{stem}.{extension}"));
     let (tra, lab, sta) = (text("tra"), text("lab"), text("sta"));
     let mut lines = tra.lines();
     let sizes: Vec<usize> = lines.next().unwrap().split(' ').map(|n| n.parse().unwrap()).collect();
@@ -64,7 +59,7 @@ fn read_prism(scratch: &Scratch, stem: &str) -> Read {
 }
 
 fn read_drn(scratch: &Scratch, stem: &str) -> Read {
-    let text = std::fs::read_to_string(scratch.path(&format!("{stem}.drn"))).unwrap();
+    let text = scratch.read(&format!("{stem}.drn"));
     let is_dtmc = text.starts_with("@type: DTMC\n");
     let (head, body) = text.split_once("@model\n").unwrap();
     let count = |key: &str| {
@@ -97,12 +92,12 @@ fn export(scratch: &Scratch, model: &str, arguments: &[&str]) -> Json {
     let (prism, pref) = (format!("models/{model}.prism"), format!("models/{model}.pref"));
     let out = scratch.show("");
     let all = ["export", &prism, &pref, "--out", &out, "--json"];
-    Finished::of(meliora().args(all).args(arguments)).expect(0).json()
+    Finished::of(executable().args(all).args(arguments)).expect(0).json()
 }
 
 fn check(model: &str) -> Json {
     let (prism, pref) = (format!("models/{model}.prism"), format!("models/{model}.pref"));
-    Finished::of(meliora().args(["check", &prism, &pref, "--json"])).expect(0).json()
+    Finished::of(executable().args(["check", &prism, &pref, "--json"])).expect(0).json()
 }
 
 #[test]
@@ -150,7 +145,7 @@ fn the_chain_of_the_progress_strategy_surely_improves_as_often_as_it_promises() 
     let before: Vec<&usize> = ranked.collect();
     assert!(!before.is_empty());
     assert!(before.into_iter().all(surely_improves), "every state of a rank surely improves");
-    let table = std::fs::read_to_string(scratch.path("sasi-progress.csv")).unwrap();
+    let table = scratch.read("sasi-progress.csv");
     assert_eq!(table.lines().count(), chain.states + 1);
 }
 
@@ -173,13 +168,9 @@ fn the_permissive_model_has_the_actions_that_are_permitted() {
 #[test]
 fn more_states_than_the_limit_end_with_its_name_and_no_file() {
     let scratch = Scratch::new(&[]);
-    let out = scratch.show("out");
-    let run = |more: &[&str]| {
-        let all = ["export", "models/robot5x5.prism", "models/robot5x5.pref", "--out", &out];
-        Finished::of(meliora().args(all).args(more))
-    };
-    let full = run(&["--format", "drn", "--limit", "10"]).expect(4);
-    assert!(full.stderr.contains("--limit"), "{}", full.stderr);
+    let run =
+        |more: &[&str]| scratch.ask("export models/robot5x5.prism models/robot5x5.pref --out out", more);
+    run(&["--format", "drn", "--limit", "10"]).ends(4, "--limit");
     assert!(!scratch.path("out").exists());
     run(&["--strategy", "sasi"]).expect(2);
     run(&["--format", "drn", "--region", "sasi:*"]).expect(2);
@@ -192,16 +183,14 @@ fn what_is_there_is_looked_at_before_the_work_and_no_half_is_left() {
     let out = |place: &str| scratch.show(place);
     let run = |place: &str, more: &[&str]| {
         let all = ["export", "models/toy.prism", "models/toy.pref", "--out", place];
-        Finished::of(meliora().args(all).args(more))
+        Finished::of(executable().args(all).args(more))
     };
     run("-", &["--format", "drn"]).expect(2);
     for (place, word) in [("file", "not a directory"), ("no/such/place", "does not exist")] {
-        let refused = run(&out(place), &["--format", "drn"]).expect(3);
-        assert!(refused.stderr.contains(word), "{}", refused.stderr);
+        run(&out(place), &["--format", "drn"]).ends(3, word);
     }
     run(&out("dump"), &[]).expect(0);
-    let refused = run(&out("dump"), &["--format", "drn"]).expect(3);
-    assert!(refused.stderr.contains("contains a dump"), "{}", refused.stderr);
+    run(&out("dump"), &["--format", "drn"]).ends(3, "contains a dump");
     run(&out("new"), &["--format", "explicit"]).expect(0);
     let names = |place: &str| {
         let entries = std::fs::read_dir(scratch.path(place)).unwrap();
@@ -210,15 +199,15 @@ fn what_is_there_is_looked_at_before_the_work_and_no_half_is_left() {
         names
     };
     assert_eq!(names("new"), ["model.lab", "model.sta", "model.tra"]);
-    let before = std::fs::read_to_string(scratch.path("new/model.tra")).unwrap();
-    std::fs::write(scratch.path("new/model.tra"), "older").unwrap();
-    std::fs::write(scratch.path("new/notes"), "mine").unwrap();
+    let before = scratch.read("new/model.tra");
+    scratch.write("new/model.tra", "older");
+    scratch.write("new/notes", "mine");
     // A file that cannot be replaced keeps the others as they were.
     std::fs::create_dir(scratch.path("new/model.drn")).unwrap();
     run(&out("new"), &["--format", "drn"]).expect(3);
     std::fs::remove_dir(scratch.path("new/model.drn")).unwrap();
     run(&out("new"), &["--format", "explicit"]).expect(0);
-    assert_eq!(std::fs::read_to_string(scratch.path("new/model.tra")).unwrap(), before);
+    assert_eq!(scratch.read("new/model.tra"), before);
     assert_eq!(names("new"), ["model.lab", "model.sta", "model.tra", "notes"]);
     assert_eq!(names(""), ["dump", "file", "new"]);
 }
@@ -234,13 +223,13 @@ fn the_model_of_a_strategy_keeps_the_labels_of_the_model() {
         let out = scratch.show(format);
         let paths = [scratch.show("m.prism"), scratch.show("m.pref")];
         let options = ["--kind", "spi", "--scheduler", "progress", "--format", format, "--out", &out];
-        Finished::of(meliora().arg("export").args(&paths).args(options)).expect(0);
+        Finished::of(executable().arg("export").args(&paths).args(options)).expect(0);
         let again = scratch.show(&format!("{format}/spi-progress.{file}"));
         // A label with a name of the strategy gets a number; a region with the name of a label, too.
         let reaches = |label: &str| {
             let property = format!("P=? [ F \"{label}\" ]");
             let asked = ["reach", &again, "--property", &property, "--json"];
-            let found = Finished::of(meliora().args(asked)).expect(0).json();
+            let found = Finished::of(executable().args(asked)).expect(0).json();
             found["properties"][0]["value"]["upper"].as_f64().unwrap()
         };
         for (label, p) in [("home", 0.25), ("improved", 0.25), ("improved_2", 0.75), ("class_A", 1.0)] {

@@ -1,19 +1,18 @@
 //! Output files: paths that already exist, paths that are not regular files, and the files left over when
 //! the work ends early.
 
-use std::fs::{self, Permissions};
+use std::fs::Permissions;
 use std::io::Read;
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
-use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::cli::common::{Finished, Scratch, run};
+use crate::common::prelude::*;
 
 const TOY: &str = "models/toy.prism models/toy.pref";
 
 /// A page of the toy with a path for `--out`.
 fn report(out: &str) -> Finished {
-    run(&format!("report {TOY} --format dot --out {out} -q"))
+    run!("report {TOY} --format dot --out {out} -q")
 }
 
 fn mode(path: &Path) -> u32 {
@@ -42,7 +41,7 @@ fn a_file_is_replaced_whole_and_keeps_its_mode_and_its_links() {
     symlink("new", scratch.path("dangling")).unwrap();
     for (out, end) in [("old", "old"), ("link", "secret"), ("dangling", "new")] {
         report(&scratch.show(out)).expect(0);
-        assert!(fs::read_to_string(scratch.path(end)).unwrap().contains("digraph"), "{out}");
+        assert!(scratch.read(end).contains("digraph"), "{out}");
     }
     assert_eq!(fs::read_link(scratch.path("link")).unwrap(), Path::new("secret"));
     assert_eq!(fs::read_link(scratch.path("dangling")).unwrap(), Path::new("new"));
@@ -68,26 +67,25 @@ fn what_is_no_regular_file_is_written_through() {
     assert!(fs::metadata(&fifo).unwrap().file_type().is_fifo());
     if Path::new("/dev/full").exists() {
         symlink("/dev/full", scratch.path("full")).unwrap();
-        let finished = report(&scratch.show("full")).expect(4);
-        assert!(finished.stderr.contains("could not be written"), "{}", finished.stderr);
+        report(&scratch.show("full")).ends(4, "could not be written");
     }
 }
 
 #[test]
 fn a_hyphen_and_dev_stdout_name_standard_output() {
-    let plain = run(&format!("report {TOY} --format dot -q")).expect(0).stdout;
-    assert_eq!(run(&format!("report {TOY} --format dot -q --out -")).expect(0).stdout, plain);
+    let plain = run!("report {TOY} --format dot -q").expect(0).stdout;
+    assert_eq!(run!("report {TOY} --format dot -q --out -").expect(0).stdout, plain);
     // A pipe, into which nothing else is told.
-    assert_eq!(run(&format!("report {TOY} --format dot --out /dev/stdout")).expect(0).stdout, plain);
+    assert_eq!(run!("report {TOY} --format dot --out /dev/stdout").expect(0).stdout, plain);
     let scratch = Scratch::new(&[]);
     let file = scratch.show("x");
     shell(&format!("(echo first; $MELIORA report {TOY} --format dot -q --out /dev/stdout) > {file}"))
         .expect(0);
     assert_eq!(fs::read_to_string(&file).unwrap(), format!("first\n{plain}"));
-    run(&format!("report {TOY} --json --out -")).expect(2);
-    run(&format!("export {TOY} --out -")).expect(2);
+    run!("report {TOY} --json --out -").expect(2);
+    run!("export {TOY} --out -").expect(2);
     let world = "generate gridworld --rows 4 --cols 4 --items 2";
-    assert_eq!(run(&format!("{world} --out -")).expect(0).stdout, run(world).expect(0).stdout);
+    assert_eq!(run!("{world} --out -").expect(0).stdout, run(world).expect(0).stdout);
 }
 
 #[test]
@@ -108,17 +106,13 @@ fn inputs_read_only_files_and_directories_are_refused_by_the_name_that_was_given
         ("m.prism/page", 3, "directory"),
     ] {
         let out = scratch.show(out);
-        let finished = run(&format!("report {model} {preferences} --out {out}")).expect(status);
-        assert!(
-            finished.stderr.contains(word) && finished.stderr.contains(&out),
-            "{out}: {}",
-            finished.stderr
-        );
+        let finished = run!("report {model} {preferences} --out {out}").expect(status);
+        finished.says(word).says(&out);
         assert!(!finished.stderr.replace(&scratch.show(""), "").contains(".tmp"), "{}", finished.stderr);
     }
     assert_eq!(fs::read_to_string(&model).unwrap(), text("prism"));
     assert_eq!(fs::read_to_string(&preferences).unwrap(), text("pref"));
-    assert_eq!(fs::read_to_string(scratch.path("fixed")).unwrap(), "old");
+    assert_eq!(scratch.read("fixed"), "old");
     assert_eq!(names(&scratch.path("")), ["fixed", "hard", "link", "m.pref", "m.prism"]);
 }
 
@@ -126,16 +120,15 @@ fn inputs_read_only_files_and_directories_are_refused_by_the_name_that_was_given
 fn generate_writes_both_files_or_none_and_overwrites_only_when_told() {
     let scratch = Scratch::new(&[("w.pref", "mine")]);
     let world = format!("generate gridworld --rows 4 --cols 4 --items 2 --out {}", scratch.show("w"));
-    let refused = run(&world).expect(3);
-    assert!(refused.stderr.contains("--force") && refused.stderr.contains("w.pref"), "{}", refused.stderr);
+    run(&world).ends(3, "--force").says("w.pref");
     assert_eq!(names(&scratch.path("")), ["w.pref"]);
-    assert_eq!(fs::read_to_string(scratch.path("w.pref")).unwrap(), "mine");
-    run(&format!("{world} --force")).expect(0);
-    let written = fs::read_to_string(scratch.path("w.pref")).unwrap();
+    assert_eq!(scratch.read("w.pref"), "mine");
+    run!("{world} --force").expect(0);
+    let written = scratch.read("w.pref");
     fs::remove_file(scratch.path("w.prism")).unwrap();
     fs::create_dir(scratch.path("w.prism")).unwrap();
-    run(&format!("{world} --force --seed 2")).expect(3);
-    assert_eq!(fs::read_to_string(scratch.path("w.pref")).unwrap(), written);
+    run!("{world} --force --seed 2").expect(3);
+    assert_eq!(scratch.read("w.pref"), written);
     assert_eq!(names(&scratch.path("")), ["w.pref", "w.prism"]);
 }
 
@@ -149,14 +142,12 @@ fn export_keeps_what_is_no_part_of_a_dump() {
     run(&export).expect(0);
     fs::write(dump.join("m.prism"), &text).unwrap();
     let model = dump.join("m.prism");
-    let refused =
-        run(&format!("export {} models/toy.pref --out {}", model.display(), dump.display())).expect(3);
-    assert!(refused.stderr.contains("`m.prism`"), "{}", refused.stderr);
+    run!("export {} models/toy.pref --out {}", model.display(), dump.display()).ends(3, "`m.prism`");
     assert_eq!(fs::read_to_string(&model).unwrap(), text);
     let thesis = scratch.path("mine");
     fs::create_dir(&thesis).unwrap();
     fs::write(thesis.join("thesis.tex"), "years of work").unwrap();
-    run(&format!("export {TOY} --out {}", thesis.display())).expect(3);
+    run!("export {TOY} --out {}", thesis.display()).expect(3);
     assert_eq!(names(&thesis), ["thesis.tex"]);
     assert_eq!(names(&scratch.path("")), ["dump", "mine"]);
 }
@@ -178,7 +169,7 @@ fn export_works_from_inside_through_links_and_as_the_umask_says() {
         assert_eq!(names(&scratch.path("dump")), ["certificate.dddmp", "manifest.json", "regions.dddmp"]);
         assert_eq!(mode(&scratch.path("dump")), 0o701);
     }
-    run(&format!("verify {} {TOY}", scratch.show("link"))).expect(0);
+    run!("verify {} {TOY}", scratch.show("link")).expect(0);
 }
 
 #[test]
@@ -191,10 +182,10 @@ fn the_largest_size_of_a_file_is_a_limit_and_leaves_nothing_behind() {
         format!("generate gridworld --rows 30 --cols 30 --out {here}/world"),
     ] {
         let finished = shell(&format!("ulimit -f 4; $MELIORA {command}")).expect(4);
-        assert!(finished.stderr.contains("could not be written"), "{command}: {}", finished.stderr);
+        finished.says("could not be written");
         assert!(!finished.stderr.replace(&here, "").contains(".tmp"), "{}", finished.stderr);
         assert_eq!(names(&scratch.path("")), ["page"], "{command}");
-        assert_eq!(fs::read_to_string(scratch.path("page")).unwrap(), "old");
+        assert_eq!(scratch.read("page"), "old");
     }
 }
 
@@ -245,13 +236,13 @@ fn the_file_of_a_sweep_is_none_of_its_inputs() {
     let scratch = Scratch::new(&[("m.prism", &text), ("m.pref", &preferences)]);
     let sweep = format!("check {} {} -c N=1:2 --csv", scratch.show("m.prism"), scratch.show("m.pref"));
     for (out, status) in [("m.prism", 2), ("m.pref", 2), ("", 3), ("rows", 0), ("rows", 0)] {
-        run(&format!("{sweep} {}", scratch.show(out))).expect(status);
+        run!("{sweep} {}", scratch.show(out)).expect(status);
     }
-    run(&format!("{sweep} - --json")).expect(2);
-    let printed = run(&format!("{sweep} -")).expect(0).stdout;
+    run!("{sweep} - --json").expect(2);
+    let printed = run!("{sweep} -").expect(0).stdout;
     assert!(printed.starts_with("N,states,") && printed.lines().count() == 3, "{printed}");
-    assert_eq!(fs::read_to_string(scratch.path("m.prism")).unwrap(), text);
-    assert_eq!(fs::read_to_string(scratch.path("rows")).unwrap().lines().count(), 3);
+    assert_eq!(scratch.read("m.prism"), text);
+    assert_eq!(scratch.read("rows").lines().count(), 3);
     assert_eq!(names(&scratch.path("")), ["m.pref", "m.prism", "rows"]);
 }
 
@@ -259,7 +250,7 @@ fn the_file_of_a_sweep_is_none_of_its_inputs() {
 #[test]
 fn an_export_deletes_no_file_that_it_did_not_write() {
     let scratch = Scratch::new(&[]);
-    let export = || run(&format!("export {TOY} --format dot --out {}", scratch.show("dump")));
+    let export = || run!("export {TOY} --format dot --out {}", scratch.show("dump"));
     export().expect(0);
     export().expect(0);
     let [manifest, drawing] = ["manifest.json", "reachable.dot"].map(|name| scratch.path("dump").join(name));
@@ -269,11 +260,7 @@ fn an_export_deletes_no_file_that_it_did_not_write() {
         std::fs::write(&mine, "years of work").unwrap();
         std::fs::write(&manifest, written.replace("\"reachable.dot\"", &format!("\"{name}\""))).unwrap();
         std::fs::remove_file(&drawing).ok();
-        let refused = export().expect(3).stderr;
-        assert!(
-            refused.contains("`thesis.tex`, which does not belong to the dump as it was written"),
-            "{refused}"
-        );
+        export().ends(3, "`thesis.tex`, which does not belong to the dump as it was written");
         assert_eq!(std::fs::read_to_string(&mine).unwrap(), "years of work");
     }
     std::fs::remove_file(&mine).unwrap();
@@ -282,8 +269,7 @@ fn an_export_deletes_no_file_that_it_did_not_write() {
         let path = scratch.path("dump").join(file);
         let content = content.to_owned() + "mine";
         std::fs::write(&path, &content).unwrap();
-        let refused = export().expect(3).stderr;
-        assert!(refused.contains("which does not belong to the dump as it was written"), "{refused}");
+        export().ends(3, "which does not belong to the dump as it was written");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), content);
         std::fs::write(&drawing, &drawn).unwrap();
     }
@@ -296,7 +282,7 @@ fn a_named_pipe_next_to_transitions_is_refused_at_once() {
         let scratch = Scratch::new(&[("m.tra", "2 2\n0 1 1\n1 1 1\n")]);
         let pipe = scratch.path(&format!("m.{extension}"));
         assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-        let refused = run(&format!("info {} --timeout 20s", scratch.show("m.tra"))).expect(3).stderr;
+        let refused = run!("info {} --timeout 20s", scratch.show("m.tra")).expect(3).stderr;
         let told = format!("{}: this is not a regular file", pipe.display());
         assert!(
             refused.contains("this is not a regular file") && refused.contains(&pipe.display().to_string()),

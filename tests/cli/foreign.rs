@@ -1,13 +1,11 @@
 //! Files of other programs: read, or refused by name.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// Runs `info` for the first of some files.
 fn info(files: &[(&str, &str)]) -> Finished {
     let scratch = Scratch::new(files);
-    Finished::of(meliora().args(["info", &scratch.show(files[0].0), "--json"]))
+    Finished::of(executable().args(["info", &scratch.show(files[0].0), "--json"]))
 }
 
 /// Reads a property of the first of some files.
@@ -15,7 +13,7 @@ fn value(files: &[(&str, &str)], property: &str, constants: &[&str]) -> Json {
     let scratch = Scratch::new(files);
     let given = constants.iter().flat_map(|given| ["-c", *given]);
     let asked = ["reach", &scratch.show(files[0].0), "--json", "--property", property];
-    Finished::of(meliora().args(asked).args(given)).expect(0).json()["properties"][0]["value"].clone()
+    Finished::of(executable().args(asked).args(given)).expect(0).json()["properties"][0]["value"].clone()
 }
 
 #[test]
@@ -63,19 +61,16 @@ fn what_is_not_read_is_refused_by_what_it_is_with_what_helps() {
         ("m.dot", "digraph M {\n0 -> 1;\n}\n", "a graph for pictures (DOT)", ""),
         ("m.txt", "3:north\n", "a strategy that PRISM exported", "type=induced"),
     ] {
-        let refused = info(&[(name, text)]).expect(3).stderr;
-        assert!(refused.contains(message) && refused.contains(help), "{text}: {refused}");
+        info(&[(name, text)]).ends(3, message).says(help);
     }
 }
 
 #[test]
 fn labels_without_an_initial_state_say_what_is_missing() {
     for labels in ["0=\"end\"\n1: 0\n", "0=\"init\" 1=\"end\"\n1: 1\n"] {
-        let refused = info(&[("m.tra", "2 2\n0 1 1\n1 1 1\n"), ("m.lab", labels)]).expect(3).stderr;
-        assert!(
-            refused.contains("no state is labelled \"init\"") && refused.contains("m.lab:1:1"),
-            "{refused}"
-        );
+        info(&[("m.tra", "2 2\n0 1 1\n1 1 1\n"), ("m.lab", labels)])
+            .ends(3, "no state is labelled \"init\"")
+            .says("m.lab:1:1");
     }
 }
 
@@ -91,8 +86,7 @@ fn a_label_with_blanks_is_read() {
     }
     for labels in ["0=\"init\" 1=\"goal\n0: 0\n", "0=\"init\" 2=\"goal\"\n0: 0\n", "0=\"init\" goal\n0: 0\n"]
     {
-        let refused = info(&[files[0], ("m.lab", labels)]).expect(3).stderr;
-        assert!(refused.contains("expected labels such as"), "{labels}: {refused}");
+        info(&[files[0], ("m.lab", labels)]).ends(3, "expected labels such as");
     }
 }
 
@@ -115,8 +109,7 @@ fn one_file_with_transitions_states_and_labels_is_read() {
         assert_eq!(value(&files, "Pmin=? [ F x=6 & !done ]", &[]), json!({"lower": 0.0, "upper": 0.0}));
     }
     let rewards = format!("{text}# Reward structure \"r\"\n# State rewards\n3 1\n0 1\n");
-    let told = info(&[("m.pexp", &rewards)]).expect(0).stderr;
-    assert!(told.contains("a section `# Reward structure` is not read"), "{told}");
+    info(&[("m.pexp", &rewards)]).ends(0, "a section `# Reward structure` is not read");
 }
 
 #[test]
@@ -138,18 +131,14 @@ fn a_constant_may_be_given_as_a_fraction() {
     let scratch = Scratch::new(&files);
     for (property, status) in [("P>=q [ F s=1 ]", 0), ("P>q [ F s=1 ]", 1)] {
         let file = format!("const double q = 1/3;\n{property};\n");
-        std::fs::write(scratch.path("m.props"), file).unwrap();
-        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let asked = ["reach", &model, "--properties", &file, "-c", "p = 2 / 6"];
-        Finished::of(meliora().args(asked)).expect(status);
+        scratch.write("m.props", file);
+        scratch.run("reach m.prism --properties m.props -c 'p = 2 / 6'").expect(status);
     }
-    let rows = ["reach", &scratch.show("m.prism"), "--property", "P=? [ F s=1 ]", "-c", "p={1/4,-1/-4}"];
-    Finished::of(meliora().args(rows)).expect(0);
+    scratch.run("reach m.prism --property 'P=? [ F s=1 ]' -c p={1/4,-1/-4}").expect(0);
     for (given, message) in
         [("p=1/0", "divides by 0"), ("p=1/", "expected a number"), ("p=1/x", "expected a number")]
     {
-        let refused = Finished::of(meliora().args(["info", &scratch.show("m.prism"), "-c", given])).expect(3);
-        assert!(refused.stderr.contains(message), "{given}: {}", refused.stderr);
+        scratch.run(format!("info m.prism -c '{given}'")).ends(3, message);
     }
 }
 
@@ -159,22 +148,19 @@ fn a_module_may_have_the_name_of_an_operator_of_properties() {
     let found = info(&[("m.prism", model)]).expect(0).json();
     assert_eq!((&found["counts"]["states"], &found["counts"]["choices"]), (&json!("2"), &json!("2")));
     let scratch = Scratch::new(&[("m.prism", model)]);
-    let flat = Finished::of(meliora().args(["info", &scratch.show("m.prism"), "--flat"])).expect(0).stdout;
+    let flat = scratch.run("info m.prism --flat").expect(0).stdout;
     assert_eq!(info(&[("flat.prism", &flat)]).expect(0).json()["counts"], found["counts"]);
-    let variable = info(&[("m.prism", &model.replace("a:", "A:"))]).expect(3).stderr;
-    assert!(variable.contains("`A` is a keyword and cannot be the name of a variable"), "{variable}");
+    info(&[("m.prism", &model.replace("a:", "A:"))])
+        .ends(3, "`A` is a keyword and cannot be the name of a variable");
 }
 
 #[test]
 fn the_state_of_a_model_without_variables_is_shown() {
     let model = "mdp\nmodule m\n [a] true -> true;\nendmodule\n";
     let scratch = Scratch::new(&[("m.prism", model), ("m.pref", "objective G = F true;")]);
-    let [file, prefs] = ["m.prism", "m.pref"].map(|name| scratch.show(name));
-    let shown = Finished::of(meliora().args(["check", &file, &prefs])).expect(0).stdout;
-    assert!(shown.contains("Initial state (no variables)\n"), "{shown}");
-    let shown = Finished::of(meliora().args(["info", &file])).expect(0).stdout;
-    assert!(shown.contains("Variables\n  none\n"), "{shown}");
-    let json = Finished::of(meliora().args(["check", &file, &prefs, "--json"])).expect(0).json();
+    scratch.run("check m.prism m.pref").prints(0, "Initial state (no variables)\n");
+    scratch.run("info m.prism").prints(0, "Variables\n  none\n");
+    let json = scratch.run("check m.prism m.pref --json").expect(0).json();
     assert_eq!(json["initial"][0]["state"], json!({}));
 }
 
@@ -194,25 +180,25 @@ fn explicit_files_of_storm_have_their_kind_in_the_first_line() {
         ("mdp\n0 1\n", "expected `state choice target probability action`"),
         ("dtmc\n1 1 1\n0 0 1\n", "not sorted"),
     ] {
-        info(&[("m.tra", text)]).expect(3).says(message);
+        info(&[("m.tra", text)]).ends(3, message);
     }
     let labels = ("m.lab", "#DECLARATION\ninit goal\n#END\n0 init away\n");
-    info(&[dtmc, labels]).expect(3).says("the label away is not in the first line");
+    info(&[dtmc, labels]).ends(3, "the label away is not in the first line");
 }
 
 #[test]
 fn files_in_latin_1_are_read_with_a_warning() {
     let scratch = Scratch::new(&[("p.pref", "objective A = F x=1;\n")]);
     let model = b"// Mod\xe8le d'Andr\xe9\nmdp module m x : [0..1] init 0; [] x=0 -> (x'=1); [] x=1 -> true; endmodule\n";
-    std::fs::write(scratch.path("m.prism"), model).unwrap();
-    std::fs::write(scratch.path("m.props"), b"// caf\xe9\nP>=1 [ F x=1 ];\n").unwrap();
-    let run = |arguments: &[&str]| Finished::of(meliora().args(arguments));
+    scratch.write("m.prism", model);
+    scratch.write("m.props", b"// caf\xe9\nP>=1 [ F x=1 ];\n");
+    let run = |arguments: &[&str]| Finished::of(executable().args(arguments));
     let (path, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     let read = run(&["reach", &path, "--properties", &file]).expect(0);
     read.says("the file is not UTF-8, and is read as Latin-1");
     read.says("warning");
-    std::fs::write(scratch.path("m.bin"), [0x89, 0x50, 0x4e, 0x47, 0xff, 0x00]).unwrap();
-    run(&["info", &scratch.show("m.bin")]).expect(3).says("this is not UTF-8 text: byte 0 is invalid");
+    scratch.write("m.bin", [0x89, 0x50, 0x4e, 0x47, 0xff, 0x00]);
+    run(&["info", &scratch.show("m.bin")]).ends(3, "this is not UTF-8 text: byte 0 is invalid");
 }
 
 #[test]
@@ -221,11 +207,10 @@ fn probabilities_that_six_digits_round_are_scaled_with_a_warning() {
         "0.142857:(s'=1)+0.142857:(s'=2)+0.142857:(s'=3)+0.142857:(s'=4)+0.142857:(s'=5)+0.285713:(s'=6)";
     let model = format!("mdp module m s:[0..6] init 0; [go] s=0 -> {six}; [] s>0 -> true; endmodule\n");
     let scratch = Scratch::new(&[("m.prism", &model)]);
-    let asked = ["reach", &scratch.show("m.prism"), "--property", "Pmax<0.28572 [ F s=6 ]"];
-    Finished::of(meliora().args(asked)).expect(0).says("sum to");
+    scratch.run("reach m.prism --property 'Pmax<0.28572 [ F s=6 ]'").ends(0, "sum to");
     let far = model.replace("0.285713", "0.28570");
     let scratch = Scratch::new(&[("m.prism", &far)]);
-    Finished::of(meliora().args(["info", &scratch.show("m.prism")])).expect(3);
+    scratch.run("info m.prism").expect(3);
 }
 
 /// The rewards next to PRISM's transitions were not read, and not mentioned.
@@ -262,6 +247,6 @@ fn rewards_next_to_transitions_of_prism_are_read() {
         (("m.trew", "3 4 1\n0 1 1 1\n"), "the model has no such transition"),
         (("m.trew", "3 4 1\n0 1 2 x\n"), "`x` is not a number"),
     ] {
-        info(&[tra, file]).expect(3).says(message);
+        info(&[tra, file]).ends(3, message);
     }
 }

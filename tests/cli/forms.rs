@@ -1,9 +1,7 @@
 //! `reach`: the answer, and the ways to it, do not depend on how a property is written.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
 use crate::cli::direction::{lamps_and, power, register};
+use crate::common::prelude::*;
 
 const GOAL: &str = "Pmax>=1 [ F \"goal\" ]";
 
@@ -15,7 +13,7 @@ fn lamps(properties: &str) -> Scratch {
 
 fn asked(scratch: &Scratch, more: &[&str]) -> Finished {
     let model = [scratch.show("d.pddl"), scratch.show("p.pddl")];
-    Finished::of(meliora().arg("reach").args(model).args(more).args(["--memory", "1GiB"]))
+    Finished::of(executable().arg("reach").args(model).args(more).args(["--memory", "1GiB"]))
 }
 
 #[test]
@@ -47,8 +45,7 @@ fn a_guided_search_answers_wherever_its_question_stands() {
         for property in found["properties"].as_array().unwrap() {
             assert_eq!((&property["holds"], &property["strong_cyclic"]), (&json!(true), &json!(true)));
         }
-        let text = asked(&scratch, list).expect(0).stdout;
-        assert!(text.contains("A strong cyclic plan exists."), "{text}");
+        asked(&scratch, list).prints(0, "A strong cyclic plan exists.");
     }
 }
 
@@ -69,7 +66,7 @@ fn no_property_holds_where_no_strategy_keeps_the_requirements() {
     for property in ["at=3 | P>=1 [ F at=5 ]", "!(P>=1 [ F at=5 ] & P>0 [ F at=4 ])"] {
         let given =
             ["reach", "models/pond.prism", "--property", property, "--require", "G (!at=4)", "--json"];
-        let found = Finished::of(meliora().args(given)).expect(1).json();
+        let found = Finished::of(executable().args(given)).expect(1).json();
         assert_eq!(found["holds"], false, "{property}: {found}");
     }
 }
@@ -87,15 +84,16 @@ fn a_hard_property_leaves_the_others_of_a_list_their_early_answers() {
 #[test]
 fn a_search_over_all_valuations_answers_wherever_its_question_stands() {
     let scratch = Scratch::new(&[("m.prism", &register())]);
-    let model = scratch.show("m.prism");
     for (property, holds) in [
         ("!!(Pmax>0 [ F done ])", true),
         ("!(Pmax>0 [ F done ])", false),
         ("Pmax>0 [ F done ] & Pmax>=1 [ G !done ]", true),
         ("done | P>0 [ F done ]", false),
     ] {
-        let given = ["reach", &model, "--property", property, "--json"];
-        let found = Finished::of(meliora().args(given)).expect(i32::from(!holds)).json();
+        let found = scratch
+            .run(format!("reach m.prism --property '{property}' --json"))
+            .expect(i32::from(!holds))
+            .json();
         assert_eq!(
             (&found["over_all_valuations"], &found["counts"]),
             (&json!(true), &Json::Null),
@@ -119,7 +117,6 @@ fn several_initial_states_may_differ_in_a_part_of_a_property() {
     let text = "mdp module m x:[0..3]; [] x=1 -> (x'=2); [] x=2 -> (x'=1); [] x=0 -> (x'=3); endmodule \
                 init x<2 endinit";
     let scratch = Scratch::new(&[("m.prism", text)]);
-    let model = scratch.show("m.prism");
     for (property, holds) in [
         ("P>=1 [ F x=3 ]", false),
         ("!(P>=1 [ F x=3 ])", false),
@@ -130,8 +127,10 @@ fn several_initial_states_may_differ_in_a_part_of_a_property() {
         ("filter(exists, P>=1 [ F x=3 ], \"init\")", true),
         ("!filter(forall, P>=1 [ F x=3 ], \"init\")", true),
     ] {
-        let given = ["reach", &model, "--property", property, "--json"];
-        let found = Finished::of(meliora().args(given)).expect(i32::from(!holds)).json();
+        let found = scratch
+            .run(format!("reach m.prism --property '{property}' --json"))
+            .expect(i32::from(!holds))
+            .json();
         assert_eq!(found["properties"][0]["holds"], holds, "{property}: {found}");
     }
 }
@@ -143,7 +142,7 @@ fn requirements_with_monitors_restrict_each_operator_of_a_property() {
     let scratch = Scratch::new(&[("m.prism", text)]);
     let asked = |property: &str| {
         let given = ["--property", property, "--require", "G (x!=2 | X x!=0)", "--json"];
-        Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(given))
+        scratch.ask("reach m.prism", given)
     };
     for (property, holds) in [
         ("P>=1 [ F x=3 ]", true),
@@ -156,15 +155,14 @@ fn requirements_with_monitors_restrict_each_operator_of_a_property() {
         let found = asked(property).expect(i32::from(!holds)).json();
         assert_eq!(found["properties"][0]["holds"], holds, "{property}: {found}");
     }
-    let refused = asked("P>=1 [ F P>=1 [ F x=3 ] ]").expect(3).stderr;
-    assert!(refused.contains("under other requirements than `G condition`"), "{refused}");
+    asked("P>=1 [ F P>=1 [ F x=3 ] ]").ends(3, "under other requirements than `G condition`");
 }
 
 #[test]
 fn paths_stop_at_a_target_however_the_property_is_written() {
     let ask = |property: &str| {
         let given = ["reach", "models/pond.prism", "--property", property, "--stop-at-target", "--json"];
-        Finished::of(meliora().args(given))
+        Finished::of(executable().args(given))
     };
     let alone = ask("Pmax>0 [ F at=5 ]").expect(0).json();
     for property in ["!!(Pmax>0 [ F at=5 ])", "true & Pmax>0 [ F at=5 ]", "!(Pmax<=0 [ F at=5 ])"] {
@@ -176,8 +174,7 @@ fn paths_stop_at_a_target_however_the_property_is_written() {
             "{property}"
         );
     }
-    let refused = ask("Pmax>0 [ F at=5 ] & P>0 [ F at=4 ]").expect(3).stderr;
-    assert!(refused.contains("this property asks for more"), "{refused}");
+    ask("Pmax>0 [ F at=5 ] & P>0 [ F at=4 ]").ends(3, "this property asks for more");
 }
 
 /// The condition was evaluated over the states of the model, which do not know the monitor.
@@ -187,11 +184,9 @@ fn initial_states_that_differ_are_named_under_requirements_with_monitors() {
         "mdp module m x:[0..3]; [a] x<3 -> (x'=x); [b] x=0 -> (x'=3); endmodule init x=0 | x=2 endinit";
     let scratch = Scratch::new(&[("m.prism", model)]);
     let ask = |property: &str| {
-        let model = scratch.show("m.prism");
         let require = ["--require", "!(x=1) W (x=2)"];
-        Finished::of(meliora().args(["reach", &model, "--property", property]).args(require))
+        scratch.ask(format!("reach m.prism --property '{property}'"), require)
     };
     ask("(Pmax>=1 [ F x=3 ]) & (Pmax>=1 [ F x=2 ])").expect(1);
-    let refused = ask("(Pmax>=1 [ F x=3 ]) | (Pmax>=1 [ F x=2 ])").expect(3);
-    assert!(refused.stderr.contains("the initial states differ"), "{}", refused.stderr);
+    ask("(Pmax>=1 [ F x=3 ]) | (Pmax>=1 [ F x=2 ])").ends(3, "the initial states differ");
 }

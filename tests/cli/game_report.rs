@@ -1,11 +1,7 @@
 //! Pages of games: whose move it is, in square and round cells, and where each player stands.
 
-use std::fs;
-
-use serde_json::{Value, json};
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
 use crate::cli::report::data;
+use crate::common::prelude::*;
 
 const PURSUIT: &str = "report models/pursuit.prism models/pursuit.pref -c N=4";
 
@@ -30,7 +26,7 @@ fn round(svg: &str) -> usize {
 
 #[test]
 fn cells_in_which_the_opponent_moves_are_round() {
-    let svg = |more: &str| run(&format!("{PURSUIT} --format svg --picture sasi{more}")).expect(0).stdout;
+    let svg = |more: &str| run!("{PURSUIT} --format svg --picture sasi{more}").expect(0).stdout;
     let ours = svg("");
     assert_eq!((round(&ours), ours.matches("<rect").count() > 25), (0, true));
     for legend in [">■</text>", ">robot moves</text>", ">●</text>", ">guard moves</text>"] {
@@ -57,10 +53,10 @@ fn a_page_says_who_plays_and_against_whom_results_hold() {
     assert!(!page.contains("its sign also shows where it stands"), "the guard has a row only");
     let data_of_page = data(&page);
     let (game, choices) = (&data_of_page["game"], data_of_page["choices"].as_array().unwrap());
-    let sides: Vec<Value> =
+    let sides: Vec<Json> =
         game["players"].as_array().unwrap().iter().map(|p| json!([p["name"], p["ours"]])).collect();
     assert_eq!(sides, [json!(["robot", true]), json!(["guard", false])]);
-    let choice = |m: &Value| &choices[usize::try_from(m["choice"].as_u64().unwrap()).unwrap()];
+    let choice = |m: &Json| &choices[usize::try_from(m["choice"].as_u64().unwrap()).unwrap()];
     let mut moves: Vec<&str> =
         game["moves"].as_array().unwrap().iter().map(|m| choice(m)["name"].as_str().unwrap()).collect();
     moves.sort_unstable();
@@ -68,7 +64,7 @@ fn a_page_says_who_plays_and_against_whom_results_hold() {
     for of in game["moves"].as_array().unwrap() {
         assert_eq!((of["sasi"].as_array().unwrap().len(), of["spi"].as_array().unwrap().len()), (2, 2));
     }
-    let alone = run(&format!("{PURSUIT} --coalition robot,guard")).expect(0).stdout;
+    let alone = run!("{PURSUIT} --coalition robot,guard").expect(0).stdout;
     assert!(!alone.contains("This holds against") && data(&alone)["game"]["moves"] == json!([]));
     let none = run("report models/toy.prism models/toy.pref").expect(0).stdout;
     assert!(data(&none)["game"].is_null() && !none.contains("class=\"who"));
@@ -80,7 +76,7 @@ fn both_robots_are_drawn_where_they_stand() {
     let (model, wishes) = (scratch.show("m.prism"), scratch.show("p.pref"));
     let at = |more: &[&str]| {
         let fixed = ["report", &model, &wishes, "--format", "svg", "--picture", "sasi"];
-        Finished::of(meliora().args([&fixed[..], more].concat())).expect(0).stdout
+        Finished::of(executable().args([&fixed[..], more].concat())).expect(0).stdout
     };
     let map = at(&[]);
     // Rows grow downwards here: the other robot stands in row 2 and column 1.
@@ -94,7 +90,7 @@ fn both_robots_are_drawn_where_they_stand() {
     let piece = map.split("<g class=\"piece theirs\"").nth(1).unwrap();
     assert!(piece.contains(&cell(2, 1)) && piece.contains("visibility=\"visible\""), "{piece}");
     assert!(piece.contains("<title>other</title>") && piece.contains("<circle"), "{piece}");
-    let page = Finished::of(meliora().args(["report", &model, &wishes])).expect(0).stdout;
+    let page = scratch.run("report m.prism p.pref").expect(0).stdout;
     assert!(page.contains("its sign also shows where it stands"), "{page}");
     // The mark of the run is that of our robot.
     assert!(page.contains("<g class=\"token\" visibility=\"hidden\"><rect"), "{page}");
@@ -110,11 +106,11 @@ fn both_robots_are_drawn_where_they_stand() {
 fn pages_of_games_are_files_with_a_report() {
     let scratch = Scratch::new(&[]);
     let out = scratch.show("page.html");
-    let found = run(&format!("{PURSUIT} --out {out} --json")).expect(0).json();
+    let found = run!("{PURSUIT} --out {out} --json").expect(0).json();
     assert_eq!(found["check"]["players"][1], json!({"name": "guard", "ours": false, "states": "290"}));
     assert_eq!(found["written"]["bytes"], fs::read(out).unwrap().len());
-    run(&format!("{PURSUIT} --engine explicit")).expect(2);
-    run(&format!("{PURSUIT} --safety transition")).expect(2);
+    run!("{PURSUIT} --engine explicit").expect(2);
+    run!("{PURSUIT} --safety transition").expect(2);
 }
 
 /// Pictures computed the run of a page, too, and so were refused where a plan is.
@@ -124,16 +120,13 @@ fn pictures_need_no_strategy() {
     let scratch = Scratch::new(&[("m.prism", FIELD), ("p.pref", wishes)]);
     let (model, wishes) = (scratch.show("m.prism"), scratch.show("p.pref"));
     let report = |more: &[&str]| {
-        Finished::of(meliora().args([&["report", model.as_str(), wishes.as_str()], more].concat()))
+        Finished::of(executable().args([&["report", model.as_str(), wishes.as_str()], more].concat()))
     };
-    assert!(report(&["--format", "dot"]).expect(0).stdout.contains("Far"));
-    assert!(
-        report(&["--format", "svg", "--picture", "sasi"]).expect(0).stdout.contains(">rover moves</text>")
-    );
+    report(&["--format", "dot"]).prints(0, "Far");
+    report(&["--format", "svg", "--picture", "sasi"]).prints(0, ">rover moves</text>");
     report(&["--kind", "sasi"]).expect(0);
     for refused in [&[][..], &["--format", "dot", "--kind", "plan"]] {
-        let said = report(refused).expect(2).stderr;
-        assert!(said.contains("that achieves `Far` is not supported"), "{said}");
+        report(refused).ends(2, "that achieves `Far` is not supported");
     }
 }
 
@@ -147,11 +140,11 @@ const ANSWERS: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] e
 fn a_page_of_a_game_has_values_against_the_opponent() {
     let wishes = "objective A = F x>=0; objective G = F x=3; prefer G > A;";
     let scratch = Scratch::new(&[("m.prism", ANSWERS), ("p.pref", wishes)]);
-    let [model, preferences] = ["m.prism", "p.pref"].map(|name| scratch.show(name));
     let page = |choose: &str| {
-        let more =
-            ["report", &model, &preferences, "--kind", "spi", "--choose", choose, "--opponent", "worst"];
-        Finished::of(meliora().args(more)).expect(0).stdout
+        scratch
+            .run(format!("report m.prism p.pref --kind spi --choose '{choose}' --opponent worst"))
+            .expect(0)
+            .stdout
     };
     let likely = page("likely");
     let headline = "Can improve from A to G with probability at least 0.25; no improvement is guaranteed.";

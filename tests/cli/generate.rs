@@ -1,11 +1,9 @@
 //! `meliora generate`: the paper's robot is an instance, small worlds look as they did, and mistakes
 //! are shown with their place.
 
-use meliora::error::render;
-use meliora::error::{Error, SourceFile};
 use meliora::generate::{Choices, Generated, Parameters, from_map, gridworld};
 
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 fn map(text: &str) -> Result<Generated, Error> {
     from_map(&SourceFile::new("world.map", text), &Choices::default())
@@ -30,10 +28,10 @@ fn usage(parameters: &Parameters, choices: &Choices) -> String {
 fn the_papers_robot_is_an_instance() {
     let scratch = Scratch::new(&[]);
     let prefix = scratch.show("robot");
-    run(&format!("generate gridworld --from-map models/robot5x5.map --out {prefix}")).expect(0);
+    run!("generate gridworld --from-map models/robot5x5.map --out {prefix}").expect(0);
     for safety in ["transition", "action", "prefix"] {
         let check = |model: &str, preferences: &str| {
-            run(&format!("check {model} {preferences} --scope all --safety {safety} --json")).expect(0).json()
+            run!("check {model} {preferences} --scope all --safety {safety} --json").expect(0).json()
         };
         let given = check("models/robot5x5.prism", "models/robot5x5.pref");
         let drawn = check(&format!("{prefix}.prism"), &format!("{prefix}.pref"));
@@ -77,12 +75,12 @@ fn opponents_make_the_world_a_game() {
         ("--opponent 1 --robots 2 --items 1 --seed 4", 2, "r2=opponent_r & c2=opponent_c"),
     ] {
         let world = "generate gridworld --rows 3 --cols 4 --walls 5 --battery none";
-        run(&format!("{world} {more} --out {prefix} --force")).expect(0);
-        run(&format!("compare {prefix}.prism {prefix}.pref")).expect(0);
-        let info = run(&format!("info {prefix}.prism --json")).expect(0).json();
+        run!("{world} {more} --out {prefix} --force").expect(0);
+        run!("compare {prefix}.prism {prefix}.pref").expect(0);
+        let info = run!("info {prefix}.prism --json").expect(0).json();
         assert_eq!(info["players"].as_array().unwrap().len(), players);
         let target = ["reach", &format!("{prefix}.prism"), "--target", meeting, "--json"];
-        let found = Finished::of(meliora().args(target)).expect(0).json();
+        let found = Finished::of(executable().args(target)).expect(0).json();
         assert_eq!(found["pmax_positive"], "0", "{more}");
     }
     let good = || Parameters::new(8, 8, 4);
@@ -99,11 +97,9 @@ fn forks_promise_improvements() {
     let scratch = Scratch::new(&[]);
     let prefix = scratch.show("forks");
     for (rows, items, levels) in [(16, 3, 1), (16, 7, 2)] {
-        run(&format!(
-            "generate gridworld --rows {rows} --cols {rows} --items {items} --out {prefix} --force"
-        ))
-        .expect(0);
-        let report = run(&format!("check {prefix}.prism {prefix}.pref --json")).expect(0).json();
+        run!("generate gridworld --rows {rows} --cols {rows} --items {items} --out {prefix} --force")
+            .expect(0);
+        let report = run!("check {prefix}.prism {prefix}.pref --json").expect(0).json();
         let found = report["sasi"]["levels"].as_array().unwrap().len();
         assert!(found >= levels, "{found} levels with {items} items");
     }
@@ -169,10 +165,10 @@ fn the_command_writes_both_files_or_one_to_stdout() {
     let world =
         "generate gridworld --rows 4 --cols 4 --items 2 --prefer B>A --empty gain --battery none --drift NS";
     let model = run(world).expect(0).stdout;
-    let preferences = run(&format!("{world} --print prefs")).expect(0).stdout;
+    let preferences = run!("{world} --print prefs").expect(0).stdout;
     assert!(preferences.contains("prefer B > A;") && preferences.contains("empty = gain;"), "{preferences}");
     assert!(!model.contains("b>0"), "a battery that never ends needs no variable");
-    run(&format!("{world} --out {}", scratch.show("v1.2"))).expect(0);
+    run!("{world} --out {}", scratch.show("v1.2")).expect(0);
     assert_eq!(std::fs::read_to_string(scratch.show("v1.2.prism")).unwrap(), model);
     assert_eq!(std::fs::read_to_string(scratch.show("v1.2.pref")).unwrap(), preferences);
     run("generate gridworld --rows 4").expect(2);

@@ -16,9 +16,7 @@ fn few_initial_states_by_a_disjunction_are_found_by_every_command_and_engine() {
     let scratch = square();
     let (model, prefs) = (scratch.show("m.prism"), scratch.show("m.pref"));
     for engine in ["auto", "explicit", "symbolic"] {
-        let asked = |command: &str| {
-            run(&format!("{command} --engine {engine} --timeout 60s --json")).expect(0).json()
-        };
+        let asked = |command: &str| run!("{command} --engine {engine} --timeout 60s --json").expect(0).json();
         for command in
             [format!("reach {model} --target x=0"), format!("check {model} {prefs}"), format!("info {model}")]
         {
@@ -58,11 +56,11 @@ fn a_search_for_initial_states_that_does_not_end_obeys_the_time_limit_and_auto_l
     let odd = format!("mod({},2)=1", names.join("+"));
     let text = format!("mdp module m {variables} [] true -> true; endmodule init {odd} endinit");
     let scratch = Scratch::new(&[("m.prism", &text)]);
-    let report = run(&format!("info {} --timeout 60s --json", scratch.show("m.prism"))).expect(0).json();
+    let report = run!("info {} --timeout 60s --json", scratch.show("m.prism")).expect(0).json();
     assert_eq!(report["counts"]["states"], (1_u64 << 39).to_string());
     let hopeless = "mdp module m x:[0..1000000000]; y:[0..1000000000]; z:[0..1000000000]; [] true -> true; \
                     endmodule init x*y*z - x*x*y + z = 999999937 & x>2 & y>2 endinit";
     let scratch = Scratch::new(&[("m.prism", hopeless)]);
-    let late = run(&format!("info {} --engine explicit --timeout 300ms --json", scratch.show("m.prism")));
-    assert!(late.expect(4).stderr.contains("out of time"));
+    let late = run!("info {} --engine explicit --timeout 300ms --json", scratch.show("m.prism"));
+    late.ends(4, "out of time");
 }

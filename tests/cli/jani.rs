@@ -1,8 +1,6 @@
 //! A JANI model with most of the format, compared with its PRISM version under both engines.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// The model that comes with the program.
 fn workshop() -> &'static str {
@@ -28,7 +26,7 @@ endmodule";
 const PREFERENCES: &str = include_str!("../../models/workshop.pref");
 
 fn answer(arguments: &[&str]) -> Json {
-    Finished::of(meliora().args(arguments).args(["--json", "--const", "N=2"])).expect(0).json()
+    Finished::of(executable().args(arguments).args(["--json", "--const", "N=2"])).expect(0).json()
 }
 
 #[test]
@@ -68,9 +66,9 @@ fn a_dump_is_verified_and_asked_by_the_names_of_locations() {
     let scratch = Scratch::new(&[("m.jani", workshop()), ("m.pref", PREFERENCES)]);
     let (model, prefs, out) = (scratch.show("m.jani"), scratch.show("m.pref"), scratch.show("dump"));
     answer(&["export", &model, &prefs, "--out", &out]);
-    Finished::of(meliora().args(["verify", &out, &model, &prefs])).expect(0);
+    scratch.run("verify dump m.jani m.pref").expect(0);
     let state = "made=1,broken=false,left_loc=busy,left_parts=1,right_loc=idle,right_parts=0";
-    let asked = Finished::of(meliora().args(["query", &out, "positive:All", "--contains", state, "--json"]));
+    let asked = scratch.run(format!("query dump positive:All --contains '{state}' --json"));
     assert_eq!(asked.expect(0).json()["contains"][0]["state"]["left_loc"], "busy");
 }
 
@@ -86,19 +84,18 @@ fn properties_are_asked_by_their_names() {
     );
     assert_eq!(regions["pmax_one"], answer(&["reach", &model, "--target", "made=2"])["pmax_one"]);
     let surely = ["reach", &model, "--const", "N=2", "--property", "surely", "--json"];
-    assert_eq!(Finished::of(meliora().args(surely)).json()["holds"], false);
+    assert_eq!(Finished::of(executable().args(surely)).json()["holds"], false);
     let time = ["reach", &model, "--const", "N=2", "--property", "time"];
-    let refused = Finished::of(meliora().args(time)).expect(3).stderr;
-    assert!(refused.contains("expected value"), "{refused}");
+    Finished::of(executable().args(time)).ends(3, "expected value");
 }
 
 #[test]
 fn a_model_is_read_from_standard_input_too() {
-    let mut command = meliora();
+    let mut command = executable();
     command.args(["info", "-", "--json", "--const", "N=1"]).write_stdin(workshop());
     let found = Finished::of(&mut command).expect(0).json();
     let scratch = Scratch::new(&[("m.jani", workshop())]);
-    let file = Finished::of(meliora().args(["info", &scratch.show("m.jani"), "--json", "--const", "N=1"]));
+    let file = scratch.run("info m.jani --json --const N=1");
     assert_eq!(found["counts"], file.expect(0).json()["counts"]);
 }
 
@@ -189,20 +186,19 @@ fn formulas_that_are_not_supported_are_refused_by_name() {
     let scratch = asking(cases.iter().map(|(formula, _)| formula.clone()));
     for (n, (_, reason)) in cases.iter().enumerate() {
         let property = format!("p{n}");
-        let asked = ["reach", &scratch.show("m.jani"), "--const", "N=2", "--property", &property];
-        let found = Finished::of(meliora().args(asked)).expect(3).stderr;
-        assert!(found.contains(reason), "{reason}: {found}");
+        scratch.run(format!("reach m.jani --const N=2 --property '{property}'")).ends(3, reason);
     }
 }
 
 #[test]
 fn a_model_that_names_properties_lists_them_and_answers_all() {
     let model = ["reach", "models/workshop.jani"];
-    let missing = Finished::of(meliora().args(model).args(["-c", "N=2"])).expect(2).stderr;
+    let missing = Finished::of(executable().args(model).args(["-c", "N=2"])).expect(2).stderr;
     for word in ["`all made`", "`surely`", "`time`", "`--all-properties`"] {
         assert!(missing.contains(word), "{word}: {missing}");
     }
-    let all = Finished::of(meliora().args(model).args(["-c", "N=2", "--all-properties", "--json"])).expect(1);
+    let all =
+        Finished::of(executable().args(model).args(["-c", "N=2", "--all-properties", "--json"])).expect(1);
     let all = all.json();
     let entries = all["properties"].as_array().unwrap();
     assert_eq!((entries.len(), &entries[2]["property"]), (3, &json!("time")));
@@ -210,13 +206,13 @@ fn a_model_that_names_properties_lists_them_and_answers_all() {
     for entry in &entries[..2] {
         let name = entry["property"].as_str().unwrap();
         let one = ["-c", "N=2", "--json", "--property", name];
-        let one = Finished::of(meliora().args(model).args(one)).json();
+        let one = Finished::of(executable().args(model).args(one)).json();
         for field in ["holds", "value"] {
             assert_eq!(one["properties"][0].get(field), entry.get(field), "{name}");
         }
     }
     let swept = ["-c", "N=1:2", "--all-properties", "--csv", "-"];
-    let rows = Finished::of(meliora().args(model).args(swept)).expect(1).stdout;
+    let rows = Finished::of(executable().args(model).args(swept)).expect(1).stdout;
     assert!(rows.lines().next().unwrap().contains(",all made,surely,time,"), "{rows}");
     assert!(
         rows.lines().skip(1).all(|row| row.contains(",false,not answered,") && row.ends_with(",done")),

@@ -1,9 +1,7 @@
 //! Names of JANI models in everything that is written: they are those of the author, quoted as the target
 //! needs it, and read back.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 fn model() -> String {
     let x = json!({"name": "a b", "type": {"kind": "bounded", "base": "int", "lower-bound": 0, "upper-bound": 3}, "initial-value": 0});
@@ -32,7 +30,7 @@ fn scratch() -> Scratch {
 
 #[track_caller]
 fn run(arguments: &[&str]) -> Finished {
-    Finished::of(meliora().args(arguments)).expect(0)
+    Finished::of(executable().args(arguments)).expect(0)
 }
 
 fn rows(text: &str) -> Vec<Vec<String>> {
@@ -105,10 +103,7 @@ fn cells_have_names_as_they_are_and_states_are_read_back() {
 #[test]
 fn the_number_of_a_value_is_not_taken_for_its_name() {
     let scratch = scratch();
-    let [model, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
-    let at = |state: &str| {
-        Finished::of(meliora().args(["strategy", &model, &prefs, "--kind", "spi", "--at", state, "--json"]))
-    };
+    let at = |state: &str| scratch.run(format!("strategy m.jani m.pref --kind spi --at '{state}' --json"));
     let found = at("auto_maton_loc=2").expect(0).json();
     assert_eq!(found["states"][0]["state"]["auto_maton_loc"], Json::from("2"));
     let refused = at("auto_maton_loc=1").expect(3).json();
@@ -120,6 +115,6 @@ fn the_number_of_a_value_is_not_taken_for_its_name() {
 fn graphs_of_strategies_keep_commas_in_names() {
     let scratch = scratch();
     let [model, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
-    let graph = run(&["strategy", &model, &prefs, "--kind", "achieve", "--objective", "A", "--dot"]).stdout;
-    assert!(graph.contains(r#"a_b=0, auto_maton_loc=\"0,\"\"x\"\"\"\n"#), "{graph}");
+    run(&["strategy", &model, &prefs, "--kind", "achieve", "--objective", "A", "--dot"])
+        .shows(r#"a_b=0, auto_maton_loc=\"0,\"\"x\"\"\"\n"#);
 }

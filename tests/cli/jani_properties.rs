@@ -1,8 +1,6 @@
 //! Properties of JANI models: filters, and properties that cannot be read.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 fn unary(op: &str, exp: &Json) -> Json {
     json!({"op": op, "exp": exp})
@@ -49,8 +47,7 @@ fn model(from: Option<u8>, properties: &[(&str, Json)]) -> Json {
 /// Answers all properties of a model.
 fn all(model: &Json, status: i32) -> Vec<Json> {
     let scratch = Scratch::new(&[("m.jani", &model.to_string())]);
-    let found =
-        Finished::of(meliora().args(["reach", &scratch.show("m.jani"), "--all-properties", "--json"]));
+    let found = scratch.run("reach m.jani --all-properties --json");
     found.expect(status).json()["properties"].as_array().unwrap().clone()
 }
 
@@ -78,41 +75,36 @@ fn expect(found: &[Json], expected: &[(&str, Json)]) {
 }
 
 /// Answers properties of the walk, and checks what `expect` says.
-fn answered(from: Option<u8>, status: i32, all_of: &[(&str, Json, Json)]) {
-    let properties: Vec<(&str, Json)> =
-        all_of.iter().map(|(name, asked, _)| (*name, asked.clone())).collect();
-    let expected: Vec<(&str, Json)> = all_of.iter().map(|(name, _, value)| (*name, value.clone())).collect();
-    expect(&all(&model(from, &properties), status), &expected);
+fn answered(from: Option<u8>, status: i32) -> impl Fn(&[(&str, Json, Json)]) {
+    move |all_of| {
+        let properties: Vec<(&str, Json)> =
+            all_of.iter().map(|(name, asked, _)| (*name, asked.clone())).collect();
+        let expected: Vec<(&str, Json)> =
+            all_of.iter().map(|(name, _, value)| (*name, value.clone())).collect();
+        expect(&all(&model(from, &properties), status), &expected);
+    }
 }
 
 #[test]
 fn a_filter_over_other_states_than_the_initial_ones_is_about_these() {
     let sure = binary("≥", &reaches("Pmin"), &json!(1));
     let somewhere = binary("=", &json!("x"), &json!(1));
-    answered(
-        Some(0),
-        1,
-        &[
-            // It holds in x=2, and was answered for x=0.
-            ("there is one", filter("∃", &sure, &json!(true)), json!(true)),
-            // The value is 0, that in x=0 is 1/2.
-            ("from one", filter("max", &reaches("Pmax"), &somewhere), json!(0)),
-            ("least", filter("min", &reaches("Pmax"), &json!(true)), json!(0)),
-            ("sum", filter("sum", &reaches("Pmax"), &json!(true)), json!(1.5)),
-            ("how many", filter("count", &sure, &json!(true)), json!(1)),
-            ("where", filter("argmax", &reaches("Pmax"), &initial()), json!(true)),
-            ("not there", filter("argmax", &reaches("Pmax"), &json!(true)), json!(false)),
-            ("twice", filter("∀", &filter("∀", &sure, &initial()), &initial()), json!(false)),
-            ("where it is sure", filter("∀", &sure, &sure), json!(true)),
-            ("of numbers", filter("∀", &reaches("Pmax"), &initial()), json!("expected a condition")),
-            ("of verdicts", filter("max", &sure, &initial()), json!("expected a number")),
-            (
-                "misspelt",
-                filter("exists", &sure, &initial()),
-                json!("unknown function \"exists\" of a filter"),
-            ),
-        ],
-    );
+    answered(Some(0), 1)(&[
+        // It holds in x=2, and was answered for x=0.
+        ("there is one", filter("∃", &sure, &json!(true)), json!(true)),
+        // The value is 0, that in x=0 is 1/2.
+        ("from one", filter("max", &reaches("Pmax"), &somewhere), json!(0)),
+        ("least", filter("min", &reaches("Pmax"), &json!(true)), json!(0)),
+        ("sum", filter("sum", &reaches("Pmax"), &json!(true)), json!(1.5)),
+        ("how many", filter("count", &sure, &json!(true)), json!(1)),
+        ("where", filter("argmax", &reaches("Pmax"), &initial()), json!(true)),
+        ("not there", filter("argmax", &reaches("Pmax"), &json!(true)), json!(false)),
+        ("twice", filter("∀", &filter("∀", &sure, &initial()), &initial()), json!(false)),
+        ("where it is sure", filter("∀", &sure, &sure), json!(true)),
+        ("of numbers", filter("∀", &reaches("Pmax"), &initial()), json!("expected a condition")),
+        ("of verdicts", filter("max", &sure, &initial()), json!("expected a number")),
+        ("misspelt", filter("exists", &sure, &initial()), json!("unknown function \"exists\" of a filter")),
+    ]);
 }
 
 #[test]
@@ -128,10 +120,10 @@ fn filters_over_initial_states_have_the_values_of_their_functions() {
     };
     let half = json!(0.5);
     let one = [json!(true), json!(true), json!(1), half.clone(), half.clone(), half.clone(), half.clone()];
-    answered(Some(0), 0, &properties(one));
+    answered(Some(0), 0)(&properties(one));
     // From x=1, x=2 is not reached: of all three initial states, the property holds in two.
     let three = [json!(false), json!(true), json!(2), json!(0), json!(1), json!(1.5), half];
-    answered(None, 1, &properties(three));
+    answered(None, 1)(&properties(three));
     let list = all(&model(None, &[("list", filter("values", &reaches("Pmax"), &initial()))]), 0);
     assert_eq!(list[0]["values"].as_array().map(Vec::len), Some(3), "{list:?}");
 }
@@ -146,40 +138,36 @@ fn properties_nest_compute_and_are_joined() {
         all.as_object_mut().unwrap().extend(more.as_object().unwrap().clone());
         all
     };
-    answered(
-        Some(0),
-        1,
-        &[
-            ("nested", unary("Pmax", &unary("G", &likely)), json!(0.5)),
-            ("below X", unary("Pmax", &unary("X", &sure)), json!(0.5)),
-            ("of a label", unary("Pmax", &unary("F", &json!({"op": "deadlock"}))), json!(0)),
-            ("of starts", unary("Pmax", &unary("X", &unary("¬", &initial()))), json!(1)),
-            ("every path", unary("∀", &unary("F", &binary("=", &json!("x"), &json!(2)))), json!(false)),
-            ("some path", unary("∃", &unary("F", &binary("=", &json!("x"), &json!(2)))), json!(true)),
-            ("equal", binary("=", &reaches("Pmax"), &json!(0.5)), json!(true)),
-            ("unequal", binary("≠", &json!(0.5), &reaches("Pmax")), json!(false)),
-            ("two", binary("≤", &reaches("Pmin"), &reaches("Pmax")), json!(true)),
-            ("both", binary("∧", &sure, &likely), json!(false)),
-            ("either", binary("∨", &sure, &likely), json!(true)),
-            ("implied", binary("⇒", &json!(true), &sure), json!(false)),
-            ("rest", binary("≥", &binary("-", &json!(1), &reaches("Pmax")), &json!(0.5)), json!(true)),
-            ("number", binary("+", &reaches("Pmax"), &json!(1)), json!(1.5)),
-            ("negated filter", unary("¬", &filter("∀", &sure, &initial())), json!(true)),
-            ("steps", steps(&json!({"step-instant": 2})), json!(3.5)),
-            ("until", steps(&json!({"reach": sure})), json!("inf")),
-            (
-                "not accumulated",
-                json!({"op": "Emax", "exp": "x", "reach": sure}),
-                json!("without accumulating it"),
-            ),
-            ("in the first state", unary("Pmax", &binary("=", &json!("x"), &json!(0))), json!(1)),
-            ("at a step", json!({"op": "Emax", "exp": "x", "step-instant": 1}), json!(1.5)),
-            ("not a condition", unary("¬", &reaches("Pmax")), json!("expected a condition")),
-            ("no property", binary("≥", &json!("x"), &json!(1)), json!("does not ask for a probability")),
-            ("long run", unary("Smax", &binary("=", &json!("x"), &json!(2))), json!(0.5)),
-            ("path", unary("F", &json!(true)), json!("the operator \"F\" cannot stand here")),
-        ],
-    );
+    answered(Some(0), 1)(&[
+        ("nested", unary("Pmax", &unary("G", &likely)), json!(0.5)),
+        ("below X", unary("Pmax", &unary("X", &sure)), json!(0.5)),
+        ("of a label", unary("Pmax", &unary("F", &json!({"op": "deadlock"}))), json!(0)),
+        ("of starts", unary("Pmax", &unary("X", &unary("¬", &initial()))), json!(1)),
+        ("every path", unary("∀", &unary("F", &binary("=", &json!("x"), &json!(2)))), json!(false)),
+        ("some path", unary("∃", &unary("F", &binary("=", &json!("x"), &json!(2)))), json!(true)),
+        ("equal", binary("=", &reaches("Pmax"), &json!(0.5)), json!(true)),
+        ("unequal", binary("≠", &json!(0.5), &reaches("Pmax")), json!(false)),
+        ("two", binary("≤", &reaches("Pmin"), &reaches("Pmax")), json!(true)),
+        ("both", binary("∧", &sure, &likely), json!(false)),
+        ("either", binary("∨", &sure, &likely), json!(true)),
+        ("implied", binary("⇒", &json!(true), &sure), json!(false)),
+        ("rest", binary("≥", &binary("-", &json!(1), &reaches("Pmax")), &json!(0.5)), json!(true)),
+        ("number", binary("+", &reaches("Pmax"), &json!(1)), json!(1.5)),
+        ("negated filter", unary("¬", &filter("∀", &sure, &initial())), json!(true)),
+        ("steps", steps(&json!({"step-instant": 2})), json!(3.5)),
+        ("until", steps(&json!({"reach": sure})), json!("inf")),
+        (
+            "not accumulated",
+            json!({"op": "Emax", "exp": "x", "reach": sure}),
+            json!("without accumulating it"),
+        ),
+        ("in the first state", unary("Pmax", &binary("=", &json!("x"), &json!(0))), json!(1)),
+        ("at a step", json!({"op": "Emax", "exp": "x", "step-instant": 1}), json!(1.5)),
+        ("not a condition", unary("¬", &reaches("Pmax")), json!("expected a condition")),
+        ("no property", binary("≥", &json!("x"), &json!(1)), json!("does not ask for a probability")),
+        ("long run", unary("Smax", &binary("=", &json!("x"), &json!(2))), json!(0.5)),
+        ("path", unary("F", &json!(true)), json!("the operator \"F\" cannot stand here")),
+    ]);
 }
 
 #[test]
@@ -228,14 +216,11 @@ fn a_property_that_cannot_be_read_leaves_the_model_and_the_other_properties() {
     assert!(reason(&answers[9]).contains("a property has no \"name\""), "{}", answers[9]);
     let prefs = "objective A = F \"plain\"; objective B = F x=1; prefer A > B;";
     let scratch = Scratch::new(&[("m.jani", &found.to_string()), ("m.pref", prefs)]);
-    let [file, prefs] = ["m.jani", "m.pref"].map(|name| scratch.show(name));
-    Finished::of(meliora().args(["info", &file])).expect(0);
-    Finished::of(meliora().args(["check", &file, &prefs])).expect(0);
-    let alone = Finished::of(meliora().args(["reach", &file, "--property", "unknown"])).expect(3).stderr;
-    assert!(
-        alone.contains("the property \"unknown\" of the model cannot be answered: unknown name"),
-        "{alone}"
-    );
+    scratch.run("info m.jani").expect(0);
+    scratch.run("check m.jani m.pref").expect(0);
+    scratch
+        .run("reach m.jani --property unknown")
+        .ends(3, "the property \"unknown\" of the model cannot be answered: unknown name");
 }
 
 #[test]
@@ -244,7 +229,7 @@ fn the_target_of_a_property_is_a_label_whatever_its_filter_asks() {
     let mut walk = model(Some(0), &[("goal", goal.clone())]);
     let target = |walk: &Json| {
         let scratch = Scratch::new(&[("m.jani", &walk.to_string())]);
-        Finished::of(meliora().args(["reach", &scratch.show("m.jani"), "--target", "\"goal\"", "--json"]))
+        scratch.run("reach m.jani --target \"goal\" --json")
     };
     assert_eq!(target(&walk).expect(0).json()["target"], json!("1"));
     // A variable of this name that means another set: neither is the label.
@@ -288,11 +273,7 @@ fn a_property_with_the_name_of_a_label_of_all_models_is_not_taken_for_it() {
     let found = all(&walk, 0);
     assert!(found.iter().all(|p| p["value"]["lower"].as_f64() > Some(0.4)), "{found:?}");
     let scratch = Scratch::new(&[("m.jani", &walk.to_string())]);
-    let told = Finished::of(meliora().args(["info", &scratch.show("m.jani")])).expect(0).stderr;
-    assert!(
-        told.contains("\"init\" is not a label of the model") && told.contains("\"deadlock\" is not"),
-        "{told}"
-    );
+    scratch.run("info m.jani").ends(0, "\"init\" is not a label of the model").says("\"deadlock\" is not");
 }
 
 /// `0.5 ≤ Pmax` was said to ask for no probability.
@@ -330,16 +311,12 @@ fn rewards_until_a_formula_are_not_those_until_a_set() {
     let left = binary("≥", &json!("x"), &json!(1));
     let mut soon = unary("F", &left);
     soon["step-bounds"] = json!({"upper": 0});
-    answered(
-        Some(0),
-        0,
-        &[
-            ("set", until(&left), json!(2)),
-            ("formula", until(&unary("F", &left)), json!(2)),
-            ("next", until(&unary("X", &left)), json!(2)),
-            ("too late", until(&soon), json!("inf")),
-            ("always", until(&unary("G", &left)), json!("no finite part of a path satisfies this one")),
-            ("compared", unary("¬", &binary("<", &until(&unary("X", &left)), &json!(2))), json!(true)),
-        ],
-    );
+    answered(Some(0), 0)(&[
+        ("set", until(&left), json!(2)),
+        ("formula", until(&unary("F", &left)), json!(2)),
+        ("next", until(&unary("X", &left)), json!(2)),
+        ("too late", until(&soon), json!("inf")),
+        ("always", until(&unary("G", &left)), json!("no finite part of a path satisfies this one")),
+        ("compared", unary("¬", &binary("<", &until(&unary("X", &left)), &json!(2))), json!(true)),
+    ]);
 }

@@ -1,23 +1,20 @@
 //! The JSON of some commands. [`crate::cli::json_page`] checks names, order and types of all fields.
 
-use serde_json::{Value, json};
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 const ROBOT: &str = "models/robot5x5.prism models/robot5x5.pref --scope all";
 
 #[test]
 fn a_report_says_what_the_work_took() {
-    let report = run(&format!("check {ROBOT} --safety transition --json")).expect(0).json();
-    assert!(report["time"].as_object().unwrap().values().all(Value::is_f64), "{}", report["time"]);
+    let report = run!("check {ROBOT} --safety transition --json").expect(0).json();
+    assert!(report["time"].as_object().unwrap().values().all(Json::is_f64), "{}", report["time"]);
     assert!(report["memory"]["peak_rss_bytes"].as_u64().unwrap() > 1 << 20);
 }
 
 #[test]
 fn the_robot_has_the_numbers_of_the_paper() {
     for engine in ["symbolic", "explicit"] {
-        let report =
-            run(&format!("check {ROBOT} --safety transition --json --engine {engine}")).expect(0).json();
+        let report = run!("check {ROBOT} --safety transition --json --engine {engine}").expect(0).json();
         assert_eq!(report["engine"], engine);
         assert_eq!(
             (&report["scope"], &report["safety"], &report["empty"]),
@@ -44,13 +41,13 @@ fn the_robot_has_the_numbers_of_the_paper() {
 #[test]
 fn prefix_has_no_one_improvement_mdp() {
     let report = run("check models/toy.prism models/toy.pref --safety prefix --json").expect(0).json();
-    assert_eq!(report["improvement"], Value::Null);
+    assert_eq!(report["improvement"], Json::Null);
     assert_eq!(report["safety"], "prefix");
 }
 
 #[test]
 fn a_search_cut_short_does_not_claim_to_know_the_fixpoint() {
-    let report = run(&format!("check {ROBOT} --safety transition --max-level 1 --json")).expect(0).json();
+    let report = run!("check {ROBOT} --safety transition --max-level 1 --json").expect(0).json();
     assert_eq!(report["sasi"], json!({"levels": ["768"], "unbounded": null}));
     assert_eq!(report["spi"]["levels"], json!(["1946"]));
     assert!(report.get("complete").is_none());
@@ -73,19 +70,19 @@ fn info_tells_of_order_and_nodes_where_there_are_diagrams() {
     assert!(report["nodes"]["reachable"].as_u64().unwrap() > 0);
     let explicit = run("info models/toy.prism --json --engine explicit").expect(0).json();
     assert_eq!(explicit["counts"], report["counts"]);
-    assert_eq!((&explicit["order"], &explicit["nodes"]), (&Value::Null, &Value::Null));
+    assert_eq!((&explicit["order"], &explicit["nodes"]), (&Json::Null, &Json::Null));
 }
 
 #[test]
 fn compare_agrees_and_says_what_it_took() {
-    let report = run(&format!("compare {ROBOT} --json")).expect(0).json();
+    let report = run!("compare {ROBOT} --json").expect(0).json();
     assert_eq!(report["schema"], "meliora.compare/1");
-    assert_eq!((&report["equal"], &report["difference"]), (&json!(true), &Value::Null));
+    assert_eq!((&report["equal"], &report["difference"]), (&json!(true), &Json::Null));
     assert_eq!(report["membership"], "3600");
     assert_eq!(report["engines"].as_array().unwrap().len(), 2);
     assert!(["symbolic", "explicit"].contains(&report["prefer"]["engine"].as_str().unwrap()));
-    let report = run(&format!("compare {ROBOT} --json --membership 10")).expect(0).json();
-    assert_eq!(report["membership"], Value::Null);
+    let report = run!("compare {ROBOT} --json --membership 10").expect(0).json();
+    assert_eq!(report["membership"], Json::Null);
 }
 
 #[test]
@@ -93,7 +90,7 @@ fn errors_name_their_kind_and_place() {
     let scratch =
         Scratch::new(&[("m.prism", "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y);\nendmodule\n")]);
     let path = scratch.show("m.prism");
-    let error = run(&format!("info {path} --json")).expect(3).json();
+    let error = run!("info {path} --json").expect(3).json();
     assert_eq!((&error["schema"], &error["kind"]), (&json!("meliora.error/1"), &json!("input")));
     assert_eq!((&error["file"], &error["line"]), (&json!(path), &json!(4)));
     assert_eq!(run("info missing --json").expect(3).json()["file"], "missing");

@@ -1,13 +1,11 @@
 //! The types of the reports give a JSON schema of each `--json` object. Every output fits its schema, in the order of
 //! its fields too, and every field occurs in some output.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use jsonschema::{Registry, Validator};
-use serde_json::{Map, Value, json};
+use serde_json::{Map, Value};
 
-use crate::cli::common::{Scratch, run};
 use crate::cli::direction::{lamps_and, power, register};
+use crate::common::prelude::*;
 
 /// The schema of the parts that several reports have.
 const COMMON: &str = "common";
@@ -245,7 +243,7 @@ fn examples<'n>(names: impl Iterator<Item = &'n &'static str>) -> Vec<String> {
         let has_run = COMMANDS.iter().any(|(_, command)| command.split(' ').next() == Some(**name));
         !has_run && ![COMMON, "error", "sweep", "policy"].contains(*name)
     };
-    let help = |name: &&str| run(&format!("{name} --help")).expect(0).stdout;
+    let help = |name: &&str| run!("{name} --help").expect(0).stdout;
     let texts: Vec<String> = names.filter(is_new).map(help).collect();
     let own = |line: &str| Some(line.strip_prefix("  meliora ")?.replace(" --json", ""));
     texts.iter().flat_map(|text| text.lines()).filter_map(own).collect()
@@ -313,7 +311,7 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
             .replace("POND", "models/pond.prism models/pond.pref")
             .replace("TINY", tiny)
             .replace("OUT", &scratch.show(""));
-        let report = run(&format!("{command} --json")).expect(*status).json();
+        let report = run!("{command} --json").expect(*status).json();
         let faults = validators[name_of(&report)].iter_errors(&report);
         let faults: Vec<_> = faults.map(|fault| format!("{}: {fault}", fault.instance_path())).collect();
         assert!(faults.is_empty(), "{command}: {faults:#?}");

@@ -4,10 +4,8 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Child, ChildStderr, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
-
-use crate::cli::common::{LONG, LONG_PREFS, Scratch, run};
-use crate::common::amount::share;
+use crate::cli::common::{LONG, LONG_PREFS};
+use crate::common::prelude::*;
 
 /// A model that takes minutes in every phase, with its preferences, and a place for a dump.
 fn hard() -> Scratch {
@@ -48,10 +46,9 @@ fn every_command_reads_deeply_nested_expressions() {
         run(&filled(&scratch, command)).expect(0);
     }
     let deeper = scratch.path("deeper.prism");
-    let text = std::fs::read_to_string(scratch.path("m.prism")).unwrap();
+    let text = scratch.read("m.prism");
     std::fs::write(&deeper, text.replacen("((x=0))", "(((x=0)))", 1)).unwrap();
-    let found = run(&format!("info {}", deeper.display())).expect(3);
-    assert!(found.stderr.contains("nested more than 10000 levels deep"), "{}", found.stderr);
+    run(&format!("info {}", deeper.display())).ends(3, "nested more than 10000 levels deep");
 }
 
 /// A started run with its output on stderr.
@@ -131,7 +128,7 @@ fn an_interrupt_ends_every_command_with_130_and_what_is_known() {
         let (status, out, err) = run.end();
         assert_eq!(status, Some(130), "{command}: {err}");
         assert!(err.contains("interrupted"), "{command}: {err}");
-        let report: Value = serde_json::from_str(&out).unwrap();
+        let report: Json = serde_json::from_str(&out).unwrap();
         assert_eq!(report["complete"], false, "{command}");
         assert_eq!(report["error"]["message"], "interrupted", "{command}");
         nothing_is_left_behind(&scratch);
@@ -169,7 +166,7 @@ fn ends_after(threads: usize, end: &dyn Fn(&mut Running), more: &str, status: i3
     let start = Instant::now();
     let (found, out, err) = run.end();
     assert_eq!(found, Some(status), "{err}");
-    assert_eq!(serde_json::from_str::<Value>(&out).unwrap()["complete"], false);
+    assert_eq!(serde_json::from_str::<Json>(&out).unwrap()["complete"], false);
     start.elapsed().as_secs_f64()
 }
 
@@ -198,7 +195,7 @@ fn the_signal_of_job_schedulers_is_an_interrupt_too() {
     run.kill_after_parsing("-TERM");
     let (status, out, _) = run.end();
     assert_eq!(status, Some(130));
-    assert_eq!(serde_json::from_str::<Value>(&out).unwrap()["complete"], false);
+    assert_eq!(serde_json::from_str::<Json>(&out).unwrap()["complete"], false);
 }
 
 #[cfg(target_os = "linux")]
@@ -219,7 +216,7 @@ fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
         assert_eq!(status, Some(4), "{command}: {err}");
         assert!(err.contains("--timeout"), "{command}: {err}");
         assert!(err.contains("stopped in the phase"), "{command}: {err}");
-        let report: Value = serde_json::from_str(&out).unwrap();
+        let report: Json = serde_json::from_str(&out).unwrap();
         assert_eq!(report["complete"], false, "{command}");
         assert_eq!(report["error"]["kind"], "resource", "{command}");
         nothing_is_left_behind(&scratch);
@@ -227,7 +224,7 @@ fn the_time_limit_ends_every_command_with_4_and_what_is_known() {
 }
 
 /// Returns true if a rank is at most another one. A rank is a lower bound while levels are missing.
-fn is_at_most(part: &Value, whole: &Value) -> bool {
+fn is_at_most(part: &Json, whole: &Json) -> bool {
     match (part.as_u64(), whole.as_u64()) {
         (Some(part), Some(whole)) => part <= whole,
         (Some(_), None) => whole == "unbounded",
@@ -236,16 +233,16 @@ fn is_at_most(part: &Value, whole: &Value) -> bool {
 }
 
 /// Returns true if a partial report agrees with the full one wherever it has a value.
-fn agrees(part: &Value, whole: &Value) -> bool {
+fn agrees(part: &Json, whole: &Json) -> bool {
     match (part, whole) {
-        (Value::Null, _) => true,
-        (Value::Object(part), Value::Object(whole)) => part.iter().all(|(key, value)| {
+        (Json::Null, _) => true,
+        (Json::Object(part), Json::Object(whole)) => part.iter().all(|(key, value)| {
             let about_the_work = ["time", "memory", "complete", "error"].contains(&key.as_str());
             let is_rank = ["sasi_rank", "spi_rank"].contains(&key.as_str());
             let compare = if is_rank { is_at_most } else { agrees };
             about_the_work || whole.get(key).is_some_and(|w| compare(value, w))
         }),
-        (Value::Array(part), Value::Array(whole)) => {
+        (Json::Array(part), Json::Array(whole)) => {
             part.len() <= whole.len() && part.iter().zip(whole).all(|(p, w)| agrees(p, w))
         }
         _ => part == whole,
@@ -265,7 +262,7 @@ fn what_is_printed_when_memory_ends_is_part_of_the_full_answer() {
             assert!(agrees(&part, &whole), "{engine}, {kilobytes} KiB: {part:#}");
             if finished.status == 4 {
                 assert_eq!(part["complete"], false);
-                assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+                finished.says("--memory");
                 phases.insert(part["objectives"].as_array().map_or(0, Vec::len));
             }
         }
@@ -331,8 +328,7 @@ fn alternatives_that_multiply_are_a_limit_that_is_named() {
     let text = format!("mdp {}", modules(&alternatives));
     let scratch = Scratch::new(&[("m.prism", &text), ("m.pref", "objective A = F x0=1;")]);
     for engine in ["symbolic", "explicit"] {
-        let finished = run(&filled(&scratch, &format!("check MODEL PREFS --engine {engine}"))).expect(4);
-        assert!(finished.stderr.contains("too large"), "{}", finished.stderr);
+        run(&filled(&scratch, &format!("check MODEL PREFS --engine {engine}"))).ends(4, "too large");
     }
     // Many branches are no difficulty for diagrams, only to list them one by one.
     let text = format!("mdp {}", modules(&branches));
@@ -340,8 +336,7 @@ fn alternatives_that_multiply_are_a_limit_that_is_named() {
     let report = run(&filled(&scratch, "check MODEL PREFS --json")).expect(0).json();
     assert_eq!(report["initial"][0]["most_preferred"][0], "A");
     for command in ["check MODEL PREFS --engine explicit", "simulate MODEL PREFS", "strategy MODEL PREFS"] {
-        let finished = run(&filled(&scratch, command)).expect(4);
-        assert!(finished.stderr.contains("too large"), "{command}: {}", finished.stderr);
+        run(&filled(&scratch, command)).ends(4, "too large");
     }
 }
 
@@ -355,7 +350,7 @@ fn states_of_many_bits_are_a_limit_that_is_named() {
     {
         let finished = run(&filled(&scratch, &format!("info MODEL --engine {engine}"))).expect(4);
         let message = format!("states of 108000 bits; {what}");
-        assert!(finished.stderr.contains(&message), "{}", finished.stderr);
+        finished.says(&message);
     }
 }
 
@@ -367,8 +362,7 @@ fn a_wide_range_costs_nothing_until_its_values_are_reached() {
         let report = run(&filled(&scratch, &format!("info MODEL --engine {engine} --json --memory 64MiB")));
         assert_eq!(report.expect(0).json()["counts"]["states"], "10");
     }
-    let all = run(&filled(&scratch, "info MODEL --engine explicit --scope all --memory 64MiB")).expect(4);
-    assert!(all.stderr.contains("too many for"), "{}", all.stderr);
+    run(&filled(&scratch, "info MODEL --engine explicit --scope all --memory 64MiB")).ends(4, "too many for");
 }
 
 /// Runs a command in a shell that first lowers a limit of the system.
@@ -401,7 +395,7 @@ fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
     let scratch = Scratch::new(&[("m.prism", &text)]);
     let path = scratch.show("m.prism");
     let finished = run(&format!("info {path} --memory 8MiB --json")).expect(4);
-    assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+    finished.says("--memory");
     let memory = finished.json()["memory"]["peak_rss_bytes"].as_u64().unwrap() >> 20;
     assert!(memory < 8 + 64 + 16, "{memory} MiB");
     // The list of 950,000 commands grows by tens of MiB at once, which exceeds the limit.

@@ -8,7 +8,7 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use tar::{Builder, EntryType, Header};
 
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, executable};
 
 /// The memory that the process may use for itself, and that it may gain before the watch notices, in
 /// MiB. The machine may be busy.
@@ -20,10 +20,10 @@ const TWO: &str = "mdp module m x:[0..1] init 0; [a] x=0 -> (x'=1); [b] x=1 -> (
 /// Runs a command with a limit of 8 MiB, which it must report and keep.
 #[track_caller]
 fn ends_in_time(arguments: &str) -> Finished {
-    let mut command = meliora();
+    let mut command = executable();
     command.args(arguments.split_whitespace()).args(["--memory", "8MiB", "--json"]);
     let finished = Finished::of(&mut command).expect(4);
-    assert!(finished.stderr.contains("`--memory` raises the limit"), "{arguments}: {}", finished.stderr);
+    finished.says("`--memory` raises the limit");
     let report = finished.json();
     assert_eq!(report["complete"], false, "{arguments}");
     let peak = report["memory"]["peak_rss_bytes"].as_u64().unwrap() >> 20;
@@ -57,7 +57,7 @@ fn archives_keep_the_limit() {
     for ty in [EntryType::Regular, EntryType::GNULongName, EntryType::XHeader] {
         let bytes = bomb(ty, 190 << 20);
         assert!(bytes.len() < 2 << 20);
-        std::fs::write(scratch.path("m.umb"), bytes).unwrap();
+        scratch.write("m.umb", bytes);
         ends_in_time(&format!("info {}", scratch.show("m.umb")));
     }
     let label = |i: usize| format!(r#""label{i}":{{"applies-to":["states"],"type":{{"type":"bool"}}}},"#);
@@ -72,7 +72,7 @@ fn archives_keep_the_limit() {
     let mut header = Header::new_ustar();
     header.set_size(index.len() as u64);
     builder.append_data(&mut header, "index.json", index.as_bytes()).unwrap();
-    std::fs::write(scratch.path("m.umb"), builder.into_inner().unwrap().finish().unwrap()).unwrap();
+    scratch.write("m.umb", builder.into_inner().unwrap().finish().unwrap());
     ends_in_time(&format!("info {}", scratch.show("m.umb")));
 }
 
@@ -103,8 +103,8 @@ fn documents_and_preferences_keep_the_limit() {
 fn dumps_keep_the_limit() {
     let scratch = Scratch::new(&[]);
     let dump = scratch.show("dump");
-    run(&format!("export models/toy.prism models/toy.pref --out {dump} -q")).expect(0);
-    let manifest = std::fs::read_to_string(scratch.path("dump/manifest.json")).unwrap();
+    run!("export models/toy.prism models/toy.pref --out {dump} -q").expect(0);
+    let manifest = scratch.read("dump/manifest.json");
     let lists = format!("\"constants\": {{\"K\": [{}[]]}}", "[],".repeat(5_000_000));
     assert!(manifest.contains("\"constants\": {}"));
     let path = scratch.path("dump/manifest.json");
@@ -113,7 +113,7 @@ fn dumps_keep_the_limit() {
     std::fs::write(&path, manifest).unwrap();
     let mut header = ".ver DDDMP-2.0\n.mode A\n.varinfo 0\n.nnodes 1\n.orderedvarnames".to_owned();
     (0..3_000_000).for_each(|i| write!(header, " v{i}").unwrap());
-    std::fs::write(scratch.path("dump/regions.dddmp"), header).unwrap();
+    scratch.write("dump/regions.dddmp", header);
     ends_in_time(&format!("query {dump} reachable"));
     ends_in_time(&format!("verify {dump} models/toy.prism models/toy.pref"));
 }
@@ -124,8 +124,8 @@ fn monitors_and_quantities_keep_the_limit() {
     let counter = "mdp module m x:[0..3] init 0; [a] x<3 -> (x'=x+1); [b] x>0 -> (x'=x-1); endmodule";
     let prefs = "history = play; objective A = G (x=1 => F<=4000 x=0);";
     let scratch = Scratch::new(&[("m.prism", counter), ("m.pref", prefs)]);
-    let found = ends_in_time(&format!("check {} {}", scratch.show("m.prism"), scratch.show("m.pref")));
-    assert!(found.stderr.contains("stopped in the phase `parse`"), "{}", found.stderr);
+    ends_in_time(&format!("check {} {}", scratch.show("m.prism"), scratch.show("m.pref")))
+        .says("stopped in the phase `parse`");
     let found = ends_in_time("values models/toy.prism models/toy.pref --levels 1000000");
     assert_eq!(found.json()["counts"]["states"], "6", "known results are printed");
 }

@@ -1,9 +1,6 @@
 //! Policies with memory: `strategy --policy` writes them, `verify` refuses lies about them, `simulate --policy` runs them.
 
-use std::fs;
-
-use crate::cli::common::{Finished, Scratch, meliora};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 /// A model with its preferences.
 type Case = [&'static str; 2];
@@ -49,7 +46,7 @@ fn scratch([model, preferences]: Case) -> Scratch {
 
 fn strategy(scratch: &Scratch, options: &[&str]) -> Finished {
     let [model, preferences, policy] = files(scratch);
-    Finished::of(meliora().args(["strategy", &model, &preferences, "--policy", &policy]).args(options))
+    Finished::of(executable().args(["strategy", &model, &preferences, "--policy", &policy]).args(options))
 }
 
 /// Lets `strategy` write a policy, and returns it.
@@ -60,14 +57,14 @@ fn written(scratch: &Scratch, options: &[&str]) -> Json {
 
 fn verified(scratch: &Scratch) -> Finished {
     let [model, preferences, policy] = files(scratch);
-    Finished::of(meliora().args(["verify", &policy, &model, &preferences, "--json"]))
+    Finished::of(executable().args(["verify", &policy, &model, &preferences, "--json"]))
 }
 
 fn simulated(scratch: &Scratch) -> Json {
     let [model, preferences, policy] = files(scratch);
     let options = ["--runs", "200", "--steps", "300", "--json"];
     let asked = ["simulate", &model, &preferences, "--policy", &policy];
-    Finished::of(meliora().args(asked).args(options)).expect(0).json()
+    Finished::of(executable().args(asked).args(options)).expect(0).json()
 }
 
 #[test]
@@ -242,10 +239,10 @@ fn what_no_policy_keeps_is_refused_by_name() {
     refused(&["--objective", "None"], "unknown objective `None`");
     let [model, preferences, policy] = files(&scratch);
     written(&scratch, &[]);
-    let without = Finished::of(meliora().args(["verify", &policy, &model]));
+    let without = Finished::of(executable().args(["verify", &policy, &model]));
     assert!(without.status == 2 && without.stderr.contains("name the preference file"), "{}", without.stderr);
     strategy(&scratch, &["--objective", "A"]).expect(0);
-    let rules = Finished::of(meliora().args(["verify", &policy, &model, &preferences]));
+    let rules = Finished::of(executable().args(["verify", &policy, &model, &preferences]));
     assert!(rules.status == 2 && rules.stderr.contains("leave out PREFS"), "{}", rules.stderr);
     // The text names another objective, or another thing.
     fs::write(&policy, "{\"format\": \"meliora policy 1\", \"promise\": 3}").unwrap();

@@ -1,9 +1,6 @@
 //! Strategies of `multi(…)` in files: `verify` computes their values again, `simulate --policy` measures them.
 
-use std::fs;
-
-use crate::cli::common::{Finished, Scratch, meliora};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 /// From 0, `a` leads to 1 or 2 and `b` to 3 or 4; 2 leads back at a cost; 5 and 6 form a cycle.
 const MODEL: &str = "mdp\nmodule m\n x : [0..6] init 0;\n\
@@ -15,19 +12,17 @@ const MODEL: &str = "mdp\nmodule m\n x : [0..6] init 0;\n\
 /// Writes the strategies of a property; returns them with the paths of the model and of the file.
 fn written(scratch: &Scratch, property: &str) -> (Json, [String; 2]) {
     let [model, out] = ["m.prism", "mix.json"].map(|name| scratch.show(name));
-    let mut command = meliora();
-    command.args(["reach", &model, "--property", property, "--policy", &out]);
-    let found = Finished::of(&mut command);
+    let found = scratch.run(format!("reach m.prism --property '{property}' --policy mix.json"));
     let text = fs::read_to_string(&out).unwrap_or_else(|e| panic!("{property}: {e} {}", found.stderr));
     (serde_json::from_str(&text).unwrap(), [model, out])
 }
 
 fn verified(model: &str, file: &str) -> Finished {
-    Finished::of(meliora().args(["verify", file, model, "--json"]))
+    Finished::of(executable().args(["verify", file, model, "--json"]))
 }
 
 fn simulated(model: &str, file: &str, runs: &str) -> Finished {
-    Finished::of(meliora().args(["simulate", model, "--policy", file, "--runs", runs, "--json"]))
+    Finished::of(executable().args(["simulate", model, "--policy", file, "--runs", runs, "--json"]))
 }
 
 /// The kinds of objectives, also as negations.
@@ -61,6 +56,21 @@ fn strategies_of_several_objectives_are_verified_and_measured() {
             assert!(wide < 0.4, "{property}: {own}");
         }
     }
+}
+
+/// After one step, no run has decided both objectives; after two, some have.
+#[test]
+fn runs_that_are_given_up_are_not_counted_as_decided() {
+    let scratch = Scratch::new(&[("m.prism", MODEL)]);
+    let (_, files) = written(&scratch, "multi(Pmax=? [ F x=3 ], R{\"cost\"}<=2 [ F x>2 ])");
+    let runs = |steps: &str| {
+        let more = ["--policy", &files[1], "--runs", "1000", "--steps", steps, "--json"];
+        let found = Finished::of(executable().args(["simulate", &files[0]]).args(more)).expect(0).json();
+        found["runs"]["reached"].as_u64().unwrap()
+    };
+    assert_eq!(runs("1"), 0);
+    let some = runs("2");
+    assert!(0 < some && some < 1000, "{some}");
 }
 
 /// Every strategy of two objectives with one claim, with its values: F x=3 by `b` is 1/3.
@@ -178,8 +188,7 @@ fn files_that_are_no_strategies_are_errors() {
     ];
     for (edit, status, message) in texts {
         for found in judged(edit) {
-            let found = found.expect(status);
-            assert!(found.stderr.contains(message), "{}", found.stderr);
+            found.ends(status, message);
         }
     }
 }
@@ -191,10 +200,9 @@ fn a_front_is_verified_and_not_simulated() {
     let (_, [model, file]) = written(&scratch, "multi(Pmax=? [ F x=3 ], Pmax=? [ G F x=5 ])");
     let found = verified(&model, &file).expect(0).json();
     assert!(found["strategies"].as_array().unwrap().len() > 1, "{found}");
-    let found = simulated(&model, &file, "10").expect(2);
-    assert!(found.stderr.contains("have no shares"), "{}", found.stderr);
-    let found = Finished::of(meliora().args(["verify", &file, &model, "--strong"])).expect(2);
-    assert!(found.stderr.contains("have objectives of their own"), "{}", found.stderr);
+    simulated(&model, &file, "10").ends(2, "have no shares");
+    Finished::of(executable().args(["verify", &file, &model, "--strong"]))
+        .ends(2, "have objectives of their own");
 }
 
 /// Runs `verify` on a file with one strategy, or several, each of one step from 0 and a loop.
@@ -232,7 +240,7 @@ fn judged_mix(property: &str, strategies: &[(&str, &str, [f64; 2])]) -> Finished
             _ => {}
         }
     }
-    std::fs::write(scratch.path("mix.json"), mix.to_string()).unwrap();
+    scratch.write("mix.json", mix.to_string());
     verified(&scratch.show("m.prism"), &scratch.show("mix.json"))
 }
 
@@ -258,8 +266,7 @@ fn shares_are_needed_where_the_property_has_bounds() {
     let found = judged_mix(bounds, &[("null", "a", A), ("null", "c", C)]).expect(1).json();
     assert!(found["violation"]["condition"].as_str().unwrap().contains("have no shares"), "{found}");
     let front = "multi(Pmax=? [ F s=1 ], Pmax=? [ F s=3 ])";
-    let found = judged_mix(front, &[("null", "a", A), ("null", "c", C)]).expect(0);
-    assert!(found.stderr.contains("a front may be incomplete"), "{found:?}");
+    judged_mix(front, &[("null", "a", A), ("null", "c", C)]).ends(0, "a front may be incomplete");
     judged_mix(front, &[("0.5", "a", A), ("null", "c", C)]).expect(3);
 }
 
@@ -298,6 +305,5 @@ fn memory_that_no_path_has_and_doubled_variables_are_refused() {
     let (_, [model, file]) = written(&scratch, PROPERTIES[0]);
     let text = fs::read_to_string(&file).unwrap().replacen("\"x\": 0", "\"x\": 3, \"x\": 0", 1);
     fs::write(&file, text).unwrap();
-    let found = verified(&model, &file).expect(3);
-    assert!(found.stderr.contains("the variable `x` occurs twice"), "{}", found.stderr);
+    verified(&model, &file).ends(3, "the variable `x` occurs twice");
 }

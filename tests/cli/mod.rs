@@ -1,12 +1,19 @@
 //! The command line as users see it: standard output, standard error and exit statuses.
 
+/// Runs the command with formatted arguments.
+macro_rules! run {
+    ($($arguments:tt)*) => {
+        $crate::cli::common::run(&format!($($arguments)*))
+    };
+}
+
 mod aims;
 mod answers;
 mod at;
 mod boxes;
 mod browser;
 mod choose;
-mod common;
+pub(crate) mod common;
 mod direction;
 mod dump_files;
 mod dumps;

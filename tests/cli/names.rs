@@ -1,11 +1,7 @@
 //! Names that a model in PRISM's language cannot have: blanks, orders to a terminal or a spreadsheet,
 //! quotes, signs of other languages.
 
-use std::collections::BTreeSet;
-
-use serde_json::Value as Json;
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// Actions as the model has them, and as words of a `.drn`.
 const ACTIONS: [(&str, &str); 9] = [
@@ -40,10 +36,10 @@ fn scratch() -> Scratch {
         {"location": "b", "destinations": [{"location": "b"}]}]}],
         "properties": [], "system": {"elements": [{"automaton": "M\u202e"}]}}"#;
     let scratch = Scratch::new(&[("m.drn", &drn()), ("m.pref", PREFS), ("m.jani", jani)]);
-    let info = meliora().args(["info", &scratch.show("m.jani"), "--json"]).output().unwrap();
+    let info = executable().args(["info", &scratch.show("m.jani"), "--json"]).output().unwrap();
     let info: Json = serde_json::from_slice(&info.stdout).unwrap();
     let name = info["model"]["variables"][0]["name"].as_str().unwrap();
-    std::fs::write(scratch.path("j.pref"), format!("objective A = F {name}=1;")).unwrap();
+    scratch.write("j.pref", format!("objective A = F {name}=1;"));
     scratch
 }
 
@@ -55,7 +51,7 @@ fn displayed(name: &str) -> String {
 /// Runs a command, and requires that it ends well and writes no order to a terminal.
 #[track_caller]
 fn harmless(arguments: &[&str]) -> Finished {
-    let finished = Finished::of(meliora().args(arguments)).expect(0);
+    let finished = Finished::of(executable().args(arguments)).expect(0);
     for text in [&finished.stdout, &finished.stderr] {
         let plain = ["1", "2", "32", "1;33", "1;31", "0", "33", "1m\u{1b}[33", "1m\u{1b}[94", "94", "96"];
         let plain =

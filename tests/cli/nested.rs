@@ -1,7 +1,6 @@
 //! Properties as expressions over states: nested operators, arithmetic, filters, references and players.
 
-use crate::cli::common::{Finished, Scratch, meliora};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 const CHAIN: &str = "dtmc\nmodule m\n x : [0..3] init 0;\n [] x=0 -> 1/2: (x'=1) + 1/2: (x'=2);\n\
      [] x=1 -> 1/2: (x'=2) + 1/2: (x'=0);\n [] x=2 -> 1/3: (x'=3) + 2/3: (x'=0);\nendmodule\n\
@@ -17,69 +16,62 @@ const GAME: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endp
 /// Returns the answers to a file of properties, under one engine.
 fn answers(model: &str, properties: &str, engine: &str) -> Vec<Json> {
     let scratch = Scratch::new(&[("m.prism", model), ("m.props", properties)]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    let mut command = meliora();
-    command.args(["reach", &model, "--properties", &file, "--engine", engine, "--json"]);
-    let found = Finished::of(&mut command);
+    let found = scratch.run(format!("reach m.prism --properties m.props --engine {engine} --json"));
     let json: Json = serde_json::from_str(&found.stdout).unwrap_or_else(|e| panic!("{e}: {}", found.stderr));
     json["properties"].as_array().unwrap().clone()
 }
 
 /// Checks that properties have these verdicts and numbers under both engines.
-fn expect(model: &str, expected: &[(&str, Json)]) {
-    let file: String = expected.iter().map(|(property, _)| format!("{property};\n")).collect();
-    for engine in ["explicit", "symbolic"] {
-        for (answer, (property, value)) in answers(model, &file, engine).iter().zip(expected) {
-            if value.is_boolean() {
-                assert_eq!(&answer["holds"], value, "{property} ({engine}): {answer}");
-                continue;
+fn expect(model: &str) -> impl Fn(&[(&str, Json)]) {
+    move |expected| {
+        let file: String = expected.iter().map(|(property, _)| format!("{property};\n")).collect();
+        for engine in ["explicit", "symbolic"] {
+            for (answer, (property, value)) in answers(model, &file, engine).iter().zip(expected) {
+                if value.is_boolean() {
+                    assert_eq!(&answer["holds"], value, "{property} ({engine}): {answer}");
+                    continue;
+                }
+                if value == "inf" {
+                    assert_eq!(answer["value"]["lower"], *value, "{property} ({engine}): {answer}");
+                    continue;
+                }
+                let [lower, upper] = ["lower", "upper"].map(|key| answer["value"][key].as_f64());
+                let (lower, upper) =
+                    lower.zip(upper).unwrap_or_else(|| panic!("{property} ({engine}): {answer}"));
+                let value = value.as_f64().unwrap();
+                let slack = 1e-12;
+                let inside = lower - slack <= value && value <= upper + slack && upper - lower <= 1e-6;
+                assert!(inside, "{property} ({engine}): {answer}");
             }
-            if value == "inf" {
-                assert_eq!(answer["value"]["lower"], *value, "{property} ({engine}): {answer}");
-                continue;
-            }
-            let [lower, upper] = ["lower", "upper"].map(|key| answer["value"][key].as_f64());
-            let (lower, upper) =
-                lower.zip(upper).unwrap_or_else(|| panic!("{property} ({engine}): {answer}"));
-            let value = value.as_f64().unwrap();
-            let slack = 1e-12;
-            let inside = lower - slack <= value && value <= upper + slack && upper - lower <= 1e-6;
-            assert!(inside, "{property} ({engine}): {answer}");
         }
     }
 }
 
 #[test]
 fn operators_nest_and_are_operands() {
-    expect(
-        CHAIN,
-        &[
-            ("\"sure\": P>=1 [ F x=3 ]", json!(true)),
-            ("ceil(P=? [ F x=3 ]) + 1", json!(2)),
-            ("1 - P=? [ F<=3 x=3 ]", json!(0.75)),
-            ("P=? [ F<=3 x=3 ] * 4 > 0.5 => \"sure\"", json!(true)),
-            // From x=0 and x=1 the next state is x=2 with probability 1/2.
-            ("P=? [ X P>=0.5 [ X x=2 ] ]", json!(0.5)),
-            ("P>=0.5 [ (F P>0.4 [ X x=2 ]) & (G x<=3) ]", json!(true)),
-            ("P=? [ F<=1 x=3 {x=2} ]", json!(1.0 / 3.0)),
-            ("P>=1 [ F x=3 ] & x=0 ? P=? [ X x=1 ] : 7", json!(0.5)),
-        ],
-    );
+    expect(CHAIN)(&[
+        ("\"sure\": P>=1 [ F x=3 ]", json!(true)),
+        ("ceil(P=? [ F x=3 ]) + 1", json!(2)),
+        ("1 - P=? [ F<=3 x=3 ]", json!(0.75)),
+        ("P=? [ F<=3 x=3 ] * 4 > 0.5 => \"sure\"", json!(true)),
+        // From x=0 and x=1 the next state is x=2 with probability 1/2.
+        ("P=? [ X P>=0.5 [ X x=2 ] ]", json!(0.5)),
+        ("P>=0.5 [ (F P>0.4 [ X x=2 ]) & (G x<=3) ]", json!(true)),
+        ("P=? [ F<=1 x=3 {x=2} ]", json!(1.0 / 3.0)),
+        ("P>=1 [ F x=3 ] & x=0 ? P=? [ X x=1 ] : 7", json!(0.5)),
+    ]);
 }
 
 #[test]
 fn rewards_of_steps_and_of_the_long_run_are_numbers() {
-    expect(
-        CHAIN,
-        &[
-            ("R=? [ C<=5 ]", json!(5)),
-            ("R=? [ I=4 ]", json!(1)),
-            ("R=? [ F x=3 ]", json!(9)),
-            ("R=? [ S ]", json!(1)),
-            ("S=? [ x=3 ]", json!(1)),
-            ("R=? [ X true ]", json!(1)),
-        ],
-    );
+    expect(CHAIN)(&[
+        ("R=? [ C<=5 ]", json!(5)),
+        ("R=? [ I=4 ]", json!(1)),
+        ("R=? [ F x=3 ]", json!(9)),
+        ("R=? [ S ]", json!(1)),
+        ("S=? [ x=3 ]", json!(1)),
+        ("R=? [ X true ]", json!(1)),
+    ]);
 }
 
 #[test]
@@ -87,19 +79,16 @@ fn averages_of_an_mdp_are_those_of_the_best_end_component_that_is_reached() {
     let model = "mdp\nmodule m\n x : [0..3] init 0;\n [] x=0 -> (x'=1);\n [] x=1 -> (x'=0);\n\
          [] x=0 -> 1/2:(x'=2) + 1/2:(x'=3);\n [] x>1 -> true;\nendmodule\n\
          rewards \"r\" x=1 : 4; x=2 : 3; endrewards\n";
-    expect(
-        model,
-        &[
-            ("R{\"r\"}max=? [ S ]", json!(2)),
-            ("R{\"r\"}min=? [ S ]", json!(1.5)),
-            ("R{\"r\"}>=1.5 [ S ]", json!(true)),
-            ("R{\"r\"}>1.5 [ S ]", json!(false)),
-            ("Smax=? [ x=1 ]", json!(0.5)),
-            ("Smax=? [ x=2 ]", json!(0.5)),
-            ("Smin=? [ x<2 ]", json!(0)),
-            ("filter(max, Smax=? [ x=2 ])", json!(1)),
-        ],
-    );
+    expect(model)(&[
+        ("R{\"r\"}max=? [ S ]", json!(2)),
+        ("R{\"r\"}min=? [ S ]", json!(1.5)),
+        ("R{\"r\"}>=1.5 [ S ]", json!(true)),
+        ("R{\"r\"}>1.5 [ S ]", json!(false)),
+        ("Smax=? [ x=1 ]", json!(0.5)),
+        ("Smax=? [ x=2 ]", json!(0.5)),
+        ("Smin=? [ x<2 ]", json!(0)),
+        ("filter(max, Smax=? [ x=2 ])", json!(1)),
+    ]);
 }
 
 #[test]
@@ -107,22 +96,19 @@ fn several_objectives_recur_and_have_bounds_on_steps() {
     let model = "mdp\nmodule m\n x : [0..3] init 0;\n [] x=0 -> (x'=1);\n [] x=0 -> (x'=2);\n\
          [] x=1 -> (x'=3);\n [] x=1 -> true;\n [] x=2 -> true;\n [] x=3 -> (x'=1);\nendmodule\n\
          rewards \"a\" x=1 : 1; endrewards\nrewards \"b\" x=2 : 1; endrewards\n";
-    expect(
-        model,
-        &[
-            ("multi(P>=1 [ G F x=1 ], P>=1 [ G F x=3 ])", json!(true)),
-            ("multi(P>=0.4 [ G F x=1 ], P>=0.6 [ G F x=2 ])", json!(true)),
-            ("multi(P>=0.5 [ G F x=1 ], P>=0.6 [ G F x=2 ])", json!(false)),
-            ("multi(Pmax=? [ G F x=2 ], P>=0.25 [ G F x=3 ])", json!(0.75)),
-            ("multi(P>=0.5 [ F G x=1 ], P>=0.5 [ G F x=3 ])", json!(true)),
-            ("multi(P>=0.75 [ F G x=1 ], P>=0.5 [ G F x=3 ])", json!(false)),
-            ("multi(Pmin=? [ G F x=3 ], P>=0.75 [ F x=1 ])", json!(0)),
-            ("multi(Pmax=? [ x!=1 U x=2 ], P>=0.25 [ F x=3 ])", json!(0.75)),
-            ("multi(R{\"a\"}max=? [ C<=2 ], R{\"b\"}>=0.25 [ C<=2 ])", json!(0.75)),
-            ("multi(R{\"a\"}>=1 [ C<=3 ], R{\"b\"}>=0.5 [ C<=2 ])", json!(true)),
-            ("multi(R{\"a\"}>=1.25 [ C<=3 ], R{\"b\"}>=0.5 [ C<=2 ])", json!(false)),
-        ],
-    );
+    expect(model)(&[
+        ("multi(P>=1 [ G F x=1 ], P>=1 [ G F x=3 ])", json!(true)),
+        ("multi(P>=0.4 [ G F x=1 ], P>=0.6 [ G F x=2 ])", json!(true)),
+        ("multi(P>=0.5 [ G F x=1 ], P>=0.6 [ G F x=2 ])", json!(false)),
+        ("multi(Pmax=? [ G F x=2 ], P>=0.25 [ G F x=3 ])", json!(0.75)),
+        ("multi(P>=0.5 [ F G x=1 ], P>=0.5 [ G F x=3 ])", json!(true)),
+        ("multi(P>=0.75 [ F G x=1 ], P>=0.5 [ G F x=3 ])", json!(false)),
+        ("multi(Pmin=? [ G F x=3 ], P>=0.75 [ F x=1 ])", json!(0)),
+        ("multi(Pmax=? [ x!=1 U x=2 ], P>=0.25 [ F x=3 ])", json!(0.75)),
+        ("multi(R{\"a\"}max=? [ C<=2 ], R{\"b\"}>=0.25 [ C<=2 ])", json!(0.75)),
+        ("multi(R{\"a\"}>=1 [ C<=3 ], R{\"b\"}>=0.5 [ C<=2 ])", json!(true)),
+        ("multi(R{\"a\"}>=1.25 [ C<=3 ], R{\"b\"}>=0.5 [ C<=2 ])", json!(false)),
+    ]);
 }
 
 #[test]
@@ -131,20 +117,17 @@ fn rewards_of_several_objectives_until_a_target_are_infinite_where_it_is_avoided
          [w] x=0 -> true;\n [c] x=1 -> true;\n [e] x=1 -> (x'=3);\n [d] x>=2 -> true;\nendmodule\n\
          rewards \"a\" [a] true : 1; [b] true : 5; [w] true : 1; [c] true : 1; [e] true : 3; endrewards\n\
          rewards \"b\" [a] true : 1; [b] true : 2; [e] true : 2; endrewards\n";
-    expect(
-        model,
-        &[
-            ("multi(R{\"a\"}<=8 [ F x=3 ], R{\"b\"}<=4 [ F x=3 ])", json!(true)),
-            ("multi(R{\"a\"}<=7.9 [ F x=3 ], R{\"b\"}<=4 [ F x=3 ])", json!(false)),
-            ("multi(R{\"a\"}min=? [ F x=1 ], R{\"b\"}<=3 [ C ])", json!(5)),
-            ("multi(R{\"a\"}min=? [ F x=1 ], R{\"b\"}<=1 [ C ])", json!("inf")),
-            ("multi(R{\"b\"}min=? [ F x=1 ], R{\"b\"}<=1 [ C ])", json!("inf")),
-            ("multi(R{\"b\"}max=? [ F x=3 ], R{\"a\"}<=9 [ F x=3 ])", json!(4)),
-            ("multi(R{\"a\"}<=100 [ F x=1 ], P>=0.5 [ F x=2 ])", json!(false)),
-            ("multi(R{\"a\"}min=? [ F x>0 ], P>=0.25 [ F x=2 ])", json!(1)),
-            ("multi(R{\"a\"}min=? [ F x>0 ], P>=0.75 [ F x=1 ])", json!(3)),
-        ],
-    );
+    expect(model)(&[
+        ("multi(R{\"a\"}<=8 [ F x=3 ], R{\"b\"}<=4 [ F x=3 ])", json!(true)),
+        ("multi(R{\"a\"}<=7.9 [ F x=3 ], R{\"b\"}<=4 [ F x=3 ])", json!(false)),
+        ("multi(R{\"a\"}min=? [ F x=1 ], R{\"b\"}<=3 [ C ])", json!(5)),
+        ("multi(R{\"a\"}min=? [ F x=1 ], R{\"b\"}<=1 [ C ])", json!("inf")),
+        ("multi(R{\"b\"}min=? [ F x=1 ], R{\"b\"}<=1 [ C ])", json!("inf")),
+        ("multi(R{\"b\"}max=? [ F x=3 ], R{\"a\"}<=9 [ F x=3 ])", json!(4)),
+        ("multi(R{\"a\"}<=100 [ F x=1 ], P>=0.5 [ F x=2 ])", json!(false)),
+        ("multi(R{\"a\"}min=? [ F x>0 ], P>=0.25 [ F x=2 ])", json!(1)),
+        ("multi(R{\"a\"}min=? [ F x>0 ], P>=0.75 [ F x=1 ])", json!(3)),
+    ]);
 }
 
 #[test]
@@ -164,39 +147,35 @@ fn a_pareto_front_has_as_many_numbers_as_objectives() {
 
 #[test]
 fn every_path_and_some_path_are_not_every_strategy_and_some_strategy() {
-    expect(
-        CHAIN,
-        &[
-            ("A [ F x=3 ]", json!(false)),
-            ("P>=1 [ F x=3 ]", json!(true)),
-            ("E [ G x<3 ]", json!(true)),
-            ("P>0 [ G x<3 ]", json!(false)),
-            ("A [ G E [ F x=3 ] ]", json!(true)),
-            ("E [ F<=1 x=3 ]", json!(false)),
-            ("A [ x=0 W x>0 ]", json!(true)),
-            ("E [ (G F x=1) & (G F x=2) ]", json!(true)),
-            ("A [ (G F x=1) | (F x>=2) ]", json!(true)),
-        ],
-    );
+    expect(CHAIN)(&[
+        ("A [ F x=3 ]", json!(false)),
+        ("P>=1 [ F x=3 ]", json!(true)),
+        ("E [ G x<3 ]", json!(true)),
+        ("P>0 [ G x<3 ]", json!(false)),
+        ("A [ G E [ F x=3 ] ]", json!(true)),
+        ("E [ F<=1 x=3 ]", json!(false)),
+        ("A [ x=0 W x>0 ]", json!(true)),
+        ("E [ (G F x=1) & (G F x=2) ]", json!(true)),
+        ("A [ (G F x=1) | (F x>=2) ]", json!(true)),
+    ]);
 }
 
 #[test]
 fn filters_are_functions_of_the_values_in_several_states() {
-    expect(
-        CHAIN,
-        &[
-            ("filter(count, P>0.4 [ X x=2 ])", json!(2)),
-            ("filter(sum, P=? [ X x=2 ])", json!(1)),
-            ("filter(avg, P=? [ X x=2 ], x<=1)", json!(0.5)),
-            ("filter(min, R=? [ F x=3 ], x<3)", json!(7)),
-            ("filter(max, R=? [ F x=3 ])", json!(9)),
-            ("filter(state, P=? [ X x=3 ], x=2)", json!(1.0 / 3.0)),
-            ("filter(first, x+1, x>=1)", json!(2)),
-            ("filter(forall, P>=1 [ F x=3 ])", json!(true)),
-            ("filter(exists, P>=1 [ X x=3 ], x<3)", json!(false)),
-            ("filter(argmax, P=? [ F<=2 x=3 ])", json!(false)),
-        ],
-    );
+    expect(CHAIN)(&[
+        ("filter(count, P>0.4 [ X x=2 ])", json!(2)),
+        ("filter(count, P>0.4 [ X x=2 ] | P>0.4 [ X x=1 ] | P>=1 [ X x=3 ])", json!(3)),
+        ("filter(count, P>0.4 [ X x=2 ] => P>0.4 [ X x=1 ])", json!(3)),
+        ("filter(sum, P=? [ X x=2 ])", json!(1)),
+        ("filter(avg, P=? [ X x=2 ], x<=1)", json!(0.5)),
+        ("filter(min, R=? [ F x=3 ], x<3)", json!(7)),
+        ("filter(max, R=? [ F x=3 ])", json!(9)),
+        ("filter(state, P=? [ X x=3 ], x=2)", json!(1.0 / 3.0)),
+        ("filter(first, x+1, x>=1)", json!(2)),
+        ("filter(forall, P>=1 [ F x=3 ])", json!(true)),
+        ("filter(exists, P>=1 [ X x=3 ], x<3)", json!(false)),
+        ("filter(argmax, P=? [ F<=2 x=3 ])", json!(false)),
+    ]);
     for engine in ["explicit", "symbolic"] {
         let found = answers(
             CHAIN,
@@ -219,49 +198,40 @@ fn filters_are_functions_of_the_values_in_several_states() {
 
 #[test]
 fn without_a_game_everybody_or_nobody_chooses() {
-    expect(
-        CHOICES,
-        &[
-            ("P>=0.5 [ F x=1 ]", json!(false)),
-            ("<<*>> P>=0.5 [ F x=1 ]", json!(true)),
-            ("[[*]] P>=0.5 [ F x=1 ]", json!(false)),
-            ("<<>> P>=0.5 [ F x=1 ]", json!(false)),
-            ("[[]] P>=0.5 [ F x=1 ]", json!(true)),
-            ("[[*]] Pmax=? [ F x=1 ]", json!(0.5)),
-        ],
-    );
+    expect(CHOICES)(&[
+        ("P>=0.5 [ F x=1 ]", json!(false)),
+        ("<<*>> P>=0.5 [ F x=1 ]", json!(true)),
+        ("[[*]] P>=0.5 [ F x=1 ]", json!(false)),
+        ("<<>> P>=0.5 [ F x=1 ]", json!(false)),
+        ("[[]] P>=0.5 [ F x=1 ]", json!(true)),
+        ("[[*]] Pmax=? [ F x=1 ]", json!(0.5)),
+    ]);
 }
 
 #[test]
 fn the_values_of_games_are_numbers() {
-    expect(
-        GAME,
-        &[
-            ("<<us>> Pmax=? [ F x=2 ]", json!(0.5)),
-            ("<<us>> Pmin=? [ F x=2 ]", json!(0.2)),
-            ("<<us,them>> Pmax=? [ F x=2 ]", json!(2.0 / 3.0)),
-            ("[[us]] Pmin=? [ F x=2 ]", json!(0.5)),
-            ("<<us>> P>=0.5 [ F<=2 x=2 ]", json!(true)),
-            ("<<us>> P>0.5 [ F<=2 x=2 ]", json!(false)),
-            ("<<us>> Pmax=? [ F<=1 x=2 ]", json!(0.2)),
-            ("filter(max, <<us>> Pmax=? [ X x=2 ])", json!(1)),
-        ],
-    );
+    expect(GAME)(&[
+        ("<<us>> Pmax=? [ F x=2 ]", json!(0.5)),
+        ("<<us>> Pmin=? [ F x=2 ]", json!(0.2)),
+        ("<<us,them>> Pmax=? [ F x=2 ]", json!(2.0 / 3.0)),
+        ("[[us]] Pmin=? [ F x=2 ]", json!(0.5)),
+        ("<<us>> P>=0.5 [ F<=2 x=2 ]", json!(true)),
+        ("<<us>> P>0.5 [ F<=2 x=2 ]", json!(false)),
+        ("<<us>> Pmax=? [ F<=1 x=2 ]", json!(0.2)),
+        ("filter(max, <<us>> Pmax=? [ X x=2 ])", json!(1)),
+    ]);
 }
 
 #[test]
 fn without_players_all_players_of_a_game_choose_together() {
-    expect(
-        GAME,
-        &[
-            ("Pmax=? [ F x=2 ]", json!(2.0 / 3.0)),
-            ("Pmin=? [ F x=2 ]", json!(0.2)),
-            ("P>=0.2 [ F x=2 ]", json!(true)),
-            ("P>=0.4 [ F x=2 ]", json!(false)),
-            ("Pmax>=0.4 [ F x=2 ]", json!(true)),
-            ("filter(max, Pmax=? [ X x=2 ], x=1)", json!(2.0 / 3.0)),
-        ],
-    );
+    expect(GAME)(&[
+        ("Pmax=? [ F x=2 ]", json!(2.0 / 3.0)),
+        ("Pmin=? [ F x=2 ]", json!(0.2)),
+        ("P>=0.2 [ F x=2 ]", json!(true)),
+        ("P>=0.4 [ F x=2 ]", json!(false)),
+        ("Pmax>=0.4 [ F x=2 ]", json!(true)),
+        ("filter(max, Pmax=? [ X x=2 ], x=1)", json!(2.0 / 3.0)),
+    ]);
 }
 
 /// We may wait in x=0 for nothing, or go where each step earns 1 until chance or the opponent ends it.
@@ -275,39 +245,33 @@ const WAITING: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] e
 
 #[test]
 fn who_waits_forever_satisfies_a_safe_formula_of_a_game() {
-    expect(
-        WAITING,
-        &[
-            ("<<us>> Pmin=? [ G x!=1 ]", json!(0.85)),
-            ("<<them>> Pmax=? [ G x!=1 ]", json!(0.85)),
-            ("<<us>> Pmax=? [ F x=1 ]", json!(0.15)),
-            ("<<us>> Pmin=? [ (x!=1) W false ]", json!(0.85)),
-            ("<<us>> Pmax=? [ G x!=1 ]", json!(1)),
-            ("<<them>> P>=0.85 [ G x!=1 ]", json!(true)),
-            ("<<them>> P>0.85 [ G x!=1 ]", json!(false)),
-        ],
-    );
+    expect(WAITING)(&[
+        ("<<us>> Pmin=? [ G x!=1 ]", json!(0.85)),
+        ("<<them>> Pmax=? [ G x!=1 ]", json!(0.85)),
+        ("<<us>> Pmax=? [ F x=1 ]", json!(0.15)),
+        ("<<us>> Pmin=? [ (x!=1) W false ]", json!(0.85)),
+        ("<<us>> Pmax=? [ G x!=1 ]", json!(1)),
+        ("<<them>> P>=0.85 [ G x!=1 ]", json!(true)),
+        ("<<them>> P>0.85 [ G x!=1 ]", json!(false)),
+    ]);
 }
 
 #[test]
 fn rewards_of_a_game_may_be_kept_where_the_target_is_not_reached() {
-    expect(
-        EARNING,
-        &[
-            // The opponent ends it: 1 + 1/4 of the same.
-            ("<<us>> R{\"r\"}max=? [ C ]", json!(4.0 / 3.0)),
-            ("<<us>> R{\"r\"}min=? [ C ]", json!(0)),
-            ("<<us,them>> R{\"r\"}max=? [ C ]", json!(2)),
-            ("<<us>> R{\"r\"}max=? [ Fc x=2 ]", json!(4.0 / 3.0)),
-            ("<<us>> R{\"r\"}max=? [ Fc x=1 ]", json!(0)),
-            ("filter(max, <<them>> R{\"r\"}max=? [ Fc x=2 ], x=1)", json!(2)),
-            ("<<us>> R{\"r\"}>=1.3 [ Fc x=2 ]", json!(true)),
-            // Formulas that each finite part of a path decides, taken together.
-            ("<<us>> Pmax=? [ (F x=1) & (F x=2) ]", json!(0)),
-            ("<<us,them>> Pmax=? [ (F x=1) & (F x=2) ]", json!(1)),
-            ("<<them>> Pmax=? [ (G x<2) | (G x!=3) ]", json!(1)),
-        ],
-    );
+    expect(EARNING)(&[
+        // The opponent ends it: 1 + 1/4 of the same.
+        ("<<us>> R{\"r\"}max=? [ C ]", json!(4.0 / 3.0)),
+        ("<<us>> R{\"r\"}min=? [ C ]", json!(0)),
+        ("<<us,them>> R{\"r\"}max=? [ C ]", json!(2)),
+        ("<<us>> R{\"r\"}max=? [ Fc x=2 ]", json!(4.0 / 3.0)),
+        ("<<us>> R{\"r\"}max=? [ Fc x=1 ]", json!(0)),
+        ("filter(max, <<them>> R{\"r\"}max=? [ Fc x=2 ], x=1)", json!(2)),
+        ("<<us>> R{\"r\"}>=1.3 [ Fc x=2 ]", json!(true)),
+        // Formulas that each finite part of a path decides, taken together.
+        ("<<us>> Pmax=? [ (F x=1) & (F x=2) ]", json!(0)),
+        ("<<us,them>> Pmax=? [ (F x=1) & (F x=2) ]", json!(1)),
+        ("<<them>> Pmax=? [ (G x<2) | (G x!=3) ]", json!(1)),
+    ]);
 }
 
 /// The best choice depends on the reward so far: 4 are kept, and 0 are risked for 2.
@@ -318,30 +282,26 @@ const RISK: &str = "mdp\nmodule m\n x : [0..5] init 0;\n [draw] x=0 -> 1/2:(x'=1
 
 #[test]
 fn rewards_may_be_lost_where_the_target_is_not_reached() {
-    expect(
-        RISK,
-        &[
-            ("R{\"r\"}max=? [ F0 x=4 ]", json!(2.5)),
-            ("R{\"r\"}min=? [ F0 x=4 ]", json!(1.5)),
-            ("R{\"r\"}max=? [ F0 x=5 ]", json!(2)),
-            ("R{\"r\"}max=? [ F0 x=0 ]", json!(0)),
-            ("R{\"r\"}>=1.5 [ F0 x=4 ]", json!(true)),
-        ],
-    );
+    expect(RISK)(&[
+        ("R{\"r\"}max=? [ F0 x=4 ]", json!(2.5)),
+        ("R{\"r\"}min=? [ F0 x=4 ]", json!(1.5)),
+        ("R{\"r\"}max=? [ F0 x=5 ]", json!(2)),
+        ("R{\"r\"}max=? [ F0 x=0 ]", json!(0)),
+        ("R{\"r\"}>=1.5 [ F0 x=4 ]", json!(true)),
+    ]);
     // Both sides can stay until the opponent takes the greater chance, by which rewards are not without bound.
     let game = "smg\nplayer us m, [go], [leave] endplayer\nplayer them [a], [b] endplayer\nmodule m\n x : [0..3] init 0;\n\
         [a] x=0 -> (x'=1);\n [b] x=0 -> 3/5:(x'=2) + 2/5:(x'=3);\n [go] x=1 -> (x'=0);\n\
         [leave] x=1 -> 1/2:(x'=2) + 1/2:(x'=3);\nendmodule\nrewards \"r\" [go] true : 1; endrewards\n";
     let scratch = Scratch::new(&[("m.prism", game)]);
-    let mut command = meliora();
     let property = "<<us>> R{\"r\"}max=? [ F0 x=2 ]";
-    let found = Finished::of(command.args(["reach", &scratch.show("m.prism"), "--property", property]));
-    assert!(found.expect(2).stderr.contains("`F0` is not supported for this game"));
+    let found = scratch.run(format!("reach m.prism --property '{property}'"));
+    found.ends(2, "`F0` is not supported for this game");
 }
 
 #[test]
 fn min_and_max_accept_one_argument() {
-    expect(CHAIN, &[("min(P=? [ F<=2 x=3 ])", json!(1.0 / 6.0)), ("max(3) + min(2,1)", json!(4))]);
+    expect(CHAIN)(&[("min(P=? [ F<=2 x=3 ])", json!(1.0 / 6.0)), ("max(3) + min(2,1)", json!(4))]);
 }
 
 #[test]
@@ -390,13 +350,9 @@ fn a_property_that_refers_to_itself_is_refused() {
 fn a_property_without_an_end_leaves_the_others_their_share_of_the_time() {
     let endless = "R=? [ C<=1000000000000 ] + 0;\nfilter(count, x<2);\nP=? [ F x=3 ];\n";
     let scratch = Scratch::new(&[("m.prism", CHAIN), ("m.props", endless)]);
-    let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
-    let ask = |more: &[&str]| {
-        let mut command = meliora();
-        Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more)).expect(4)
-    };
+    let ask = |more: &[&str]| scratch.ask("reach m.prism --properties m.props --json", more).expect(4);
     let finished = ask(&["--timeout", "4s"]);
-    assert!(finished.stderr.contains("used up its share of the limit of 4s"), "{}", finished.stderr);
+    finished.says("used up its share of the limit of 4s");
     let found = finished.json()["properties"].clone();
     let reason = found[0]["reason"].as_str().unwrap_or_default();
     assert!(reason.contains("its share of the time limit ended"), "{found}");
@@ -416,9 +372,7 @@ fn a_property_that_needs_too_much_memory_leaves_the_others() {
         ("m.prism", model),
         ("m.props", "filter(sum, Pmax=? [ F x=3 ]);\nfilter(count, x<2&y<1&z<1);\n"),
     ]);
-    let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
-    let mut command = meliora();
-    let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]));
+    let found = scratch.run("reach m.prism --properties m.props --json");
     let found = found.expect(4).json()["properties"].clone();
     assert!(found[0]["reason"].as_str().is_some_and(|reason| reason.contains("states to list")), "{found}");
     assert_eq!(found[1]["value"]["upper"], json!(2.0), "{found}");
@@ -428,14 +382,12 @@ fn a_property_that_needs_too_much_memory_leaves_the_others() {
 #[test]
 fn a_policy_of_a_property_that_is_not_one_operator_is_refused() {
     let scratch = Scratch::new(&[("m.prism", CHOICES)]);
-    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
     for (property, words) in [
         ("1 - Pmax=? [ F x=1 ]", "is that of one operator"),
         ("filter(max, Pmax=? [ F<=2 x=1 ], x<2)", "is that of one operator"),
     ] {
-        let mut command = meliora();
-        let found = Finished::of(command.args(["reach", &model, "--property", property, "--policy", &out]));
-        assert!(found.expect(2).stderr.contains(words), "{property}");
+        let found = scratch.run(format!("reach m.prism --property '{property}' --policy policy.json"));
+        found.ends(2, words);
     }
 }
 
@@ -448,10 +400,8 @@ fn under_requirements_the_operators_of_a_property_are_about_the_strategies_that_
          Pmax=? [ (F x=1) & (F x=2) ] + 0;\nmulti(Pmax=? [ F x=1 ], P>=0 [ F x=2 ]);\n\
          A [ (F x=1) & (F x=2) ];\n";
     let scratch = Scratch::new(&[("m.prism", model), ("m.props", file)]);
-    let [model, file] = ["m.prism", "m.props"].map(|name| scratch.show(name));
     let ask = |more: &[&str]| {
-        let mut command = meliora();
-        let found = Finished::of(command.args(["reach", &model, "--properties", &file, "--json"]).args(more));
+        let found = scratch.ask("reach m.prism --properties m.props --json", more);
         let json: Json = serde_json::from_str(&found.stdout).unwrap_or_else(|_| panic!("{}", found.stderr));
         json["properties"].as_array().unwrap().clone()
     };
@@ -470,16 +420,13 @@ fn under_requirements_the_operators_of_a_property_are_about_the_strategies_that_
 
 #[test]
 fn bounds_of_zero_and_implications_between_operators_hold_where_their_definitions_do() {
-    expect(
-        CHOICES,
-        &[
-            ("P<=0 [ F P>=1 [ X x=0 ] ]", json!(true)),
-            ("P<=0 [ F P>=1 [ X x=1 ] ]", json!(false)),
-            ("P<1 [ F P>=1 [ X x=1 ] ]", json!(true)),
-            ("P<1 [ F P>=1 [ X x>0 ] ]", json!(false)),
-            ("P>=1 [ G (P>=1 [ X x=1 ] => x=1) ]", json!(true)),
-            ("Pmax=? [ X (P>=1 [ X x=2 ] => x=1) ]", json!(0.5)),
-            ("Pmin=? [ X (P>=1 [ X x=2 ] => P<=0 [ X x=1 ]) ]", json!(1)),
-        ],
-    );
+    expect(CHOICES)(&[
+        ("P<=0 [ F P>=1 [ X x=0 ] ]", json!(true)),
+        ("P<=0 [ F P>=1 [ X x=1 ] ]", json!(false)),
+        ("P<1 [ F P>=1 [ X x=1 ] ]", json!(true)),
+        ("P<1 [ F P>=1 [ X x>0 ] ]", json!(false)),
+        ("P>=1 [ G (P>=1 [ X x=1 ] => x=1) ]", json!(true)),
+        ("Pmax=? [ X (P>=1 [ X x=2 ] => x=1) ]", json!(0.5)),
+        ("Pmin=? [ X (P>=1 [ X x=2 ] => P<=0 [ X x=1 ]) ]", json!(1)),
+    ]);
 }

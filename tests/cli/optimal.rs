@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 
-use super::common::{Finished, Scratch, meliora};
+use super::common::{Finished, Scratch, executable};
 
 const MODEL: &str = "mdp
 module walk
@@ -40,17 +40,17 @@ endmodule
 
 /// Asks for the strategy of a property; returns the report and the file.
 fn written(scratch: &Scratch, property: &str, option: &str) -> (Json, Json) {
-    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
-    let asked = ["reach", &model, "--property", property, option, &out, "--json"];
-    let found = Finished::of(meliora().args(asked)).expect(0).json();
-    let file = std::fs::read_to_string(scratch.path("policy.json")).unwrap();
+    let found = scratch
+        .run(format!("reach m.prism --property '{property}' '{option}' policy.json --json"))
+        .expect(0)
+        .json();
+    let file = scratch.read("policy.json");
     (found, serde_json::from_str(&file).unwrap())
 }
 
 fn verified(scratch: &Scratch, file: &Json) -> Finished {
-    std::fs::write(scratch.path("policy.json"), file.to_string()).unwrap();
-    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
-    Finished::of(meliora().args(["verify", &out, &model, "--json"]))
+    scratch.write("policy.json", file.to_string());
+    scratch.run("verify policy.json m.prism --json")
 }
 
 fn nodes(file: &Json) -> &Vec<Json> {
@@ -112,11 +112,9 @@ fn infinite_rewards_have_a_strategy_where_they_are_wanted() {
     let mut lie = written(&scratch, "R{\"c\"}max=? [ C<=9 ]", "--policy").1;
     lie["strategies"][0]["values"] = json!(["infinity"]);
     verified(&scratch, &lie).expect(1);
-    let none = scratch.show("none.json");
-    let model = scratch.show("m.prism");
     let unreached = "R{\"c\"}min=? [ F x=9 ]";
-    let found = Finished::of(meliora().args(["reach", &model, "--property", unreached, "--policy", &none]));
-    assert!(found.expect(0).stderr.contains("no strategy is written"));
+    let found = scratch.run(format!("reach m.prism --property '{unreached}' --policy none.json"));
+    found.ends(0, "no strategy is written");
     assert!(!scratch.path("none.json").exists());
 }
 
@@ -148,9 +146,7 @@ fn both_sides_of_a_game_have_a_strategy() {
         node["actions"].as_array_mut().unwrap().pop();
         verified(&scratch, &lie).expect(1);
     }
-    let model = scratch.show("m.prism");
-    let of_rules = ["reach", &model, "--target", "x=3", "--opponent-policy", "-"];
-    assert!(Finished::of(meliora().args(of_rules)).expect(2).stderr.contains("one property of a game"));
+    scratch.run("reach m.prism --target x=3 --opponent-policy -").ends(2, "one property of a game");
 }
 
 /// Changes a file into one that is false.
@@ -258,18 +254,14 @@ fn runs_measure_the_value_of_a_strategy() {
     ];
     for property in properties {
         written(&scratch, property, "--policy");
-        let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
-        let asked = ["simulate", &model, "--policy", &out, "--runs", "2000", "--json"];
-        let found = Finished::of(meliora().args(asked)).expect(0).json();
+        let found = scratch.run("simulate m.prism --policy policy.json --runs 2000 --json").expect(0).json();
         let objective = &found["runs"]["objectives"][0];
         let [low, high] = [0, 1].map(|at| objective["interval"][at].as_f64().unwrap());
         let claimed = objective["claimed"].as_f64().unwrap();
         assert!(low <= claimed && claimed <= high, "{property}: {objective}");
     }
     written(&scratch, "R{\"c\"}max=? [ S ]", "--policy");
-    let [model, out] = ["m.prism", "policy.json"].map(|name| scratch.show(name));
-    let found = Finished::of(meliora().args(["simulate", &model, "--policy", &out])).expect(2);
-    assert!(found.stderr.contains("`verify` computes the value"), "{}", found.stderr);
+    scratch.run("simulate m.prism --policy policy.json").ends(2, "`verify` computes the value");
 }
 
 /// Other programs read tables, drawings and the chain that a strategy leaves.
@@ -278,35 +270,34 @@ fn strategies_have_other_forms() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
     let [model, table, drawing, text] = ["m.prism", "s.csv", "s.dot", "s.txt"].map(|name| scratch.show(name));
     let property = "R{\"c\"}min=? [ F \"far\" ]";
-    let written = |file: &str| {
-        Finished::of(meliora().args(["reach", &model, "--property", property, "--policy", file]))
-    };
+    let written = |file: &str| scratch.run(format!("reach m.prism --property '{property}' --policy {file}"));
     written(&table).expect(0);
-    let table = std::fs::read_to_string(scratch.path("s.csv")).unwrap();
+    let table = scratch.read("s.csv");
     assert!(table.starts_with("node,x,steps,round,action,position,next\n0,0,0,0,left,0,1 2\n"), "{table}");
     written(&drawing).expect(0);
-    let drawing = std::fs::read_to_string(scratch.path("s.dot")).unwrap();
+    let drawing = scratch.read("s.dot");
     assert!(drawing.contains("0 -> 1 [label=\"left 0.25\"]"), "{drawing}");
-    assert!(written(&text).expect(2).stderr.contains(".json, .csv, .dot"));
+    written(&text).ends(2, ".json, .csv, .dot");
     for (format, file, reward) in
         [("prism", "strategy.prism", "c"), ("drn", "strategy.drn", "c"), ("umb", "strategy.umb", "c")]
     {
         let folder = scratch.show(format);
         let asked = ["reach", &model, "--property", property, "--induced", &folder, "--format", format];
-        Finished::of(meliora().args(asked)).expect(0);
+        Finished::of(executable().args(asked)).expect(0);
         let chain = format!("{folder}/{file}");
         let same = format!("R{{\"{reward}\"}}=? [ F \"far\" ]");
-        let found =
-            Finished::of(meliora().args(["reach", &chain, "--property", &same, "--json"])).expect(0).json();
+        let found = Finished::of(executable().args(["reach", &chain, "--property", &same, "--json"]))
+            .expect(0)
+            .json();
         let value = found["properties"][0]["value"]["lower"].as_f64().unwrap();
         assert!((value - 1.5).abs() < 1e-6, "{format}: {value}");
     }
     let folder = scratch.show("tra");
     let asked = ["reach", &model, "--property", property, "--induced", &folder];
-    Finished::of(meliora().args(asked)).expect(0);
-    let rewards = std::fs::read_to_string(scratch.path("tra/strategy.1.srew")).unwrap();
+    Finished::of(executable().args(asked)).expect(0);
+    let rewards = scratch.read("tra/strategy.1.srew");
     assert_eq!(rewards, "3 2\n0 1\n1 0.5\n");
     let multi =
         ["reach", &model, "--property", "multi(Pmax=? [ F x=1 ], P>=0 [ F x=4 ])", "--induced", &folder];
-    assert!(Finished::of(meliora().args(multi)).expect(2).stderr.contains("of one operator"));
+    Finished::of(executable().args(multi)).ends(2, "of one operator");
 }

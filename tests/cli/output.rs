@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::process::{Command, Stdio};
 
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::cli::common::{Finished, Scratch, executable, run};
 
 const TOY: [&str; 3] = ["check", "models/toy.prism", "models/toy.pref"];
 
@@ -17,9 +17,9 @@ fn suspicious() -> Scratch {
 
 #[test]
 fn the_report_names_its_inputs() {
-    let finished = Finished::of(meliora().args(TOY)).expect(0);
-    assert!(finished.stdout.contains("models/toy.prism"), "{}", finished.stdout);
-    assert!(finished.stdout.contains("models/toy.pref"), "{}", finished.stdout);
+    let finished = Finished::of(executable().args(TOY)).expect(0);
+    finished.shows("models/toy.prism");
+    finished.shows("models/toy.pref");
     assert_eq!(finished.stderr, "");
 }
 
@@ -27,8 +27,8 @@ fn the_report_names_its_inputs() {
 fn counts_have_thousands_separators() {
     let finished =
         run("check models/robot5x5.prism models/robot5x5.pref --scope all --safety transition").expect(0);
-    assert!(finished.stdout.contains("18,496"), "{}", finished.stdout);
-    assert!(finished.stdout.contains("1,946"), "{}", finished.stdout);
+    finished.shows("18,496");
+    finished.shows("1,946");
 }
 
 #[test]
@@ -36,11 +36,11 @@ fn warnings_go_to_stderr_and_q_silences_them() {
     let scratch = suspicious();
     let arguments = format!("check {} {}", scratch.show("m.prism"), scratch.show("m.pref"));
     let loud = run(&arguments).expect(0);
-    assert!(loud.stderr.contains("objective `B`"), "{}", loud.stderr);
-    assert!(loud.stderr.contains("deadlock"), "{}", loud.stderr);
-    let quiet = run(&format!("{arguments} -q")).expect(0);
+    loud.says("objective `B`");
+    loud.says("deadlock");
+    let quiet = run!("{arguments} -q").expect(0);
     assert_eq!(quiet.stderr, "");
-    assert!(quiet.stdout.contains("m.prism"));
+    quiet.shows("m.prism");
 }
 
 #[test]
@@ -48,14 +48,14 @@ fn the_option_v_tells_of_phases_on_stderr_only() {
     let plain = run("check models/toy.prism models/toy.pref --json").expect(0);
     let verbose = run("check models/toy.prism models/toy.pref --json -v").expect(0);
     assert_eq!(plain.stderr, "");
-    assert!(verbose.stderr.contains("outcomes"), "{}", verbose.stderr);
+    verbose.says("outcomes");
     assert_eq!(plain.json()["sasi"], verbose.json()["sasi"]);
 }
 
 #[test]
 fn colours_are_used_where_they_are_wanted() {
     let escapes = |arguments: &[&str], no_color: bool| {
-        let mut command = meliora();
+        let mut command = executable();
         command.args(TOY).args(arguments);
         if no_color {
             command.env("NO_COLOR", "1");
@@ -110,11 +110,10 @@ fn a_full_disk_is_a_limit_that_was_hit() {
 #[test]
 fn completions_and_manual_are_there() {
     for shell in ["bash", "zsh", "fish", "elvish", "powershell"] {
-        let script = run(&format!("completions {shell}")).expect(0).stdout;
-        assert!(script.contains("meliora") && script.contains("reach"), "{shell}");
+        run!("completions {shell}").prints(0, "meliora").shows("reach");
     }
-    assert!(run("man").expect(0).stdout.contains(".TH meliora"));
-    assert!(run("man check").expect(0).stdout.contains("safety"));
+    run("man").prints(0, ".TH meliora");
+    run("man check").prints(0, "safety");
 }
 
 #[test]
@@ -124,7 +123,7 @@ fn flat_shows_what_the_engines_work_on() {
         "mdp\nconst int N = 2;\nformula low = x<N;\nmodule a\n  x : [0..N] init 0;\n  [s] low -> 0.5: (x'=x+1) + 0.5: true;\n\
          endmodule\nmodule b = a [x=y] endmodule\n",
     )]);
-    let text = run(&format!("info {} --flat", scratch.show("m.prism"))).expect(0).stdout;
+    let text = run!("info {} --flat", scratch.show("m.prism")).expect(0).stdout;
     let text = text.replace(' ', "");
     for part in ["constintN=2;", "moduleb", "y:[0..2]", "(y'=y+1)"] {
         assert!(text.contains(part), "{part} is missing in\n{text}");
@@ -151,7 +150,7 @@ fn names_of_files_are_no_orders_to_a_terminal() {
         vec!["check", &missing, &preferences],
         vec!["query", &missing, "\u{1b}[2J"],
     ] {
-        let finished = Finished::of(meliora().args(&arguments));
+        let finished = Finished::of(executable().args(&arguments));
         for text in [&finished.stdout, &finished.stderr] {
             let hides =
                 |c| matches!(c, '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -170,7 +169,7 @@ fn jointly_above_its_limit_says_so_and_keeps_the_report() {
     let text = run(&command).expect(0).stdout;
     assert!(text.contains("not computed: more than 10 objectives"), "{text}");
     assert!(text.contains("Levels") && text.contains("Initial state"), "{text}");
-    let json = run(&format!("{command} --json")).expect(0).json();
+    let json = run!("{command} --json").expect(0).json();
     let classes = json["classes"].as_array().unwrap();
     let large: Vec<_> = classes.iter().filter(|class| class["jointly_limit"] == 10).collect();
     assert!(!large.is_empty() && large.iter().all(|class| class.get("jointly").is_none()), "{classes:?}");

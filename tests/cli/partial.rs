@@ -1,8 +1,6 @@
 //! `reach` computes the regions that a property needs, and prints the known results when a limit ends it.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 const REGIONS: [&str; 4] = ["pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
 
@@ -23,7 +21,7 @@ fn lists(bits: usize) -> String {
 fn reach(model: &str, options: &[&str], properties: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", model)]);
     let properties = properties.iter().flat_map(|property| ["--property", property]);
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(options).args(properties))
+    Finished::of(executable().args(["reach", &scratch.show("m.prism")]).args(options).args(properties))
 }
 
 /// The names of the regions that an entry has.
@@ -38,11 +36,10 @@ const SMALL: [&str; 8] =
 #[test]
 fn a_property_is_answered_where_a_region_that_it_does_not_need_is_too_large() {
     let model = lists(14);
-    let found = reach(&model, &SMALL, &["Pmax>=1 [ F bad ]"]).expect(0);
-    assert!(found.stdout.contains("The property holds in all initial states."), "{}", found.stdout);
+    reach(&model, &SMALL, &["Pmax>=1 [ F bad ]"]).prints(0, "The property holds in all initial states.");
     let needed = reach(&model, &SMALL, &["P>0 [ F bad ]"]).expect(4);
-    assert!(needed.stderr.contains("`Pmin > 0`"), "{}", needed.stderr);
-    assert!(needed.stdout.contains("The property is not decided."), "{}", needed.stdout);
+    needed.says("`Pmin > 0`");
+    needed.shows("The property is not decided.");
 }
 
 #[test]
@@ -98,13 +95,7 @@ fn a_property_has_the_regions_that_it_needs() {
         assert_eq!(sizes.len(), 4, "{sizes:?}");
         if let Some(target) = formula.strip_prefix("F ") {
             let scratch = Scratch::new(&[("m.prism", model)]);
-            let whole = Finished::of(meliora().args([
-                "reach",
-                &scratch.show("m.prism"),
-                "--json",
-                "--target",
-                target,
-            ]));
+            let whole = scratch.run(format!("reach m.prism --json --target '{target}'"));
             let whole = whole.expect(0).json();
             assert!(sizes.iter().all(|(name, size)| whole[name] == json!(size)), "{sizes:?} {whole}");
         }

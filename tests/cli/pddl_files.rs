@@ -1,6 +1,6 @@
 //! Planning problems: preferences of PDDL 3, names, and files with mistakes.
 
-use crate::cli::common::{Scratch, run};
+use crate::cli::common::Scratch;
 
 const ENDS: &str = "(define (domain d) (:requirements :strips :preferences :negative-preconditions)
   (:predicates (s) (g) (p) (q))
@@ -25,17 +25,17 @@ fn preferences_are_judged_where_a_plan_ends() {
     let [model, wishes] = ["ends.pddl", "ends.pref"].map(|name| scratch.show(name));
     for history in ["", "history = play;"] {
         let text = format!("prefer prefp > goal; prefer clean > goal; {history}");
-        std::fs::write(scratch.path("ends.pref"), text).unwrap();
-        let report = run(&format!("check {model} {wishes} --json")).expect(0).json();
+        scratch.write("ends.pref", text);
+        let report = run!("check {model} {wishes} --json").expect(0).json();
         let initial = &report["initial"][0];
         assert_eq!(initial["sure"], serde_json::json!(["goal"]), "{history} {report}");
         assert_eq!(initial["possible"], serde_json::json!(["goal"]), "{history}");
     }
     // Without a hard goal, a plan may end anywhere.
     let soft = ENDS.replace("(and (g) ", "(and ");
-    std::fs::write(scratch.path("ends.pddl"), soft).unwrap();
-    std::fs::write(scratch.path("ends.pref"), "prefer prefp > clean;").unwrap();
-    let report = run(&format!("check {model} {wishes} --json")).expect(0).json();
+    scratch.write("ends.pddl", soft);
+    scratch.write("ends.pref", "prefer prefp > clean;");
+    let report = run!("check {model} {wishes} --json").expect(0).json();
     assert_eq!(report["initial"][0]["sure"], serde_json::json!(["prefp", "clean"]), "{report}");
 }
 
@@ -46,21 +46,20 @@ fn names_of_preferences_with_hyphens_and_capitals_are_found_in_preference_files(
     let [domain, problem, wishes, dump] =
         ["d.pddl", "p.pddl", "w.pref", "dump"].map(|name| scratch.show(name));
     for history in ["", "history = play;"] {
-        let text = std::fs::read_to_string(scratch.path("w.pref")).unwrap() + history;
-        std::fs::write(scratch.path("w.pref"), text).unwrap();
-        let report = run(&format!("check {domain} {problem} {wishes} --json")).expect(0).json();
+        let text = scratch.read("w.pref") + history;
+        scratch.write("w.pref", text);
+        let report = run!("check {domain} {problem} {wishes} --json").expect(0).json();
         let names: Vec<&str> =
             report["objectives"].as_array().unwrap().iter().map(|o| o["name"].as_str().unwrap()).collect();
         assert_eq!(names, ["X-1", "goal", "pills-Ward", "Home"]);
-        run(&format!("export {domain} {problem} {wishes} --out {dump} -q")).expect(0);
-        run(&format!("verify {dump} {domain} {problem} {wishes}")).expect(0);
-        let found = run(&format!("query {dump} almost-sure:X-1 --count")).expect(0).stdout;
+        run!("export {domain} {problem} {wishes} --out {dump} -q").expect(0);
+        run!("verify {dump} {domain} {problem} {wishes}").expect(0);
+        let found = run!("query {dump} almost-sure:X-1 --count").expect(0).stdout;
         assert!(found.trim().parse::<u32>().unwrap() > 0, "{found}");
     }
     let wrong = "prefer pills-war > goal;";
-    std::fs::write(scratch.path("w.pref"), wrong).unwrap();
-    let error = run(&format!("check {domain} {problem} {wishes}")).expect(3).stderr;
-    assert!(error.contains("unknown objective `pills-war`") && error.contains("`pills-Ward`"), "{error}");
+    scratch.write("w.pref", wrong);
+    run!("check {domain} {problem} {wishes}").ends(3, "unknown objective `pills-war`").says("`pills-Ward`");
 }
 
 /// Each was an \"unexpected argument\".
@@ -74,17 +73,15 @@ fn mistakes_in_one_of_two_files_have_their_places() {
         ("(define (problm x))", ":1:9", "expected `(domain NAME)` or `(problem NAME)`"),
         ("(defin (problem x))", ":1:1", "expected `(define …)`"),
     ] {
-        std::fs::write(scratch.path("open.pddl"), text).unwrap();
+        scratch.write("open.pddl", text);
         for files in [format!("{domain} {broken}"), format!("{broken} {domain}")] {
-            let error = run(&format!("reach {files}")).expect(3).stderr;
-            assert!(error.contains(message) && error.contains(&format!("{broken}{place}")), "{error}");
+            run!("reach {files}").ends(3, message).says(format!("{broken}{place}"));
         }
     }
-    std::fs::write(scratch.path("open.pddl"), "(define (domian x))").unwrap();
-    let error = run(&format!("reach {broken} {problem}")).expect(3).stderr;
-    assert!(error.contains("found `(domian …)`"), "{error}");
+    scratch.write("open.pddl", "(define (domian x))");
+    run!("reach {broken} {problem}").ends(3, "found `(domian …)`");
     let missing = scratch.show("nowhere.pddl");
-    let error = run(&format!("reach {missing} {problem}")).expect(3).stderr;
+    let error = run!("reach {missing} {problem}").expect(3).stderr;
     assert!(error.contains("nowhere.pddl") && !error.contains("unexpected"), "{error}");
 }
 
@@ -93,6 +90,5 @@ fn a_problem_for_another_domain_is_warned_about() {
     let other = SHIFT.replace("(:domain hospital)", "(:domain harbour)");
     let scratch = Scratch::new(&[("d.pddl", HOSPITAL), ("p.pddl", &other)]);
     let [domain, problem] = ["d.pddl", "p.pddl"].map(|name| scratch.show(name));
-    let warned = run(&format!("reach {domain} {problem}")).expect(0).stderr;
-    assert!(warned.contains("the problem is for the domain `harbour`"), "{warned}");
+    run!("reach {domain} {problem}").ends(0, "the problem is for the domain `harbour`");
 }

@@ -1,7 +1,5 @@
 //! The phases of a run and their times.
 
-use crate::cli::common::run;
-
 /// The phases that `-v` names, with their seconds.
 fn phases(stderr: &str) -> Vec<(&str, f64)> {
     let phase = |line: &'_ str| -> Option<(usize, f64)> {
@@ -26,7 +24,7 @@ fn the_phases_of_a_run_add_up_to_it_and_each_has_a_name() {
         (format!("values {model} models/robot5x5.pref"), vec!["levels", "explore", "solve", "release"]),
         (format!("info {model}"), vec!["parse", "build", "count", "release"]),
     ] {
-        let finished = run(&format!("{command} --engine symbolic -v --json")).expect(0);
+        let finished = run!("{command} --engine symbolic -v --json").expect(0);
         let (phases, total) = (phases(&finished.stderr), finished.json()["time"]["total"].as_f64().unwrap());
         for name in named {
             let is_it = |(phase, _): &(&str, f64)| phase.eq_ignore_ascii_case(name);

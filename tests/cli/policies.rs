@@ -1,13 +1,12 @@
 //! Files of policies: the first rule that holds counts, names are exact, and written files are read back.
 
-use crate::cli::common::{Finished, Scratch, meliora};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 /// Checks a policy; returns what `verify` says.
 fn verified(model: [&str; 2], policy: &str, more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[model.into(), ("policy.txt", policy)]);
     let [model, policy] = [model[0], "policy.txt"].map(|name| scratch.show(name));
-    Finished::of(meliora().args(["verify", &policy, &model, "--json"]).args(more))
+    Finished::of(executable().args(["verify", &policy, &model, "--json"]).args(more))
 }
 
 /// Returns the fault of a policy.
@@ -22,9 +21,9 @@ fn read_back(model: [&str; 2], target: &str) -> [String; 2] {
         let scratch = Scratch::new(&[model.into()]);
         let [model, policy] = [model[0], file].map(|name| scratch.show(name));
         let reach = ["reach", &model, "--target", target, "--policy", &policy];
-        Finished::of(meliora().args(reach)).expect(0);
+        Finished::of(executable().args(reach)).expect(0);
         let verify = ["verify", &policy, &model, "--target", target, "--json"];
-        let report = Finished::of(meliora().args(verify)).expect(0).json();
+        let report = Finished::of(executable().args(verify)).expect(0).json();
         assert_eq!(report["accepted"], json!(true));
         std::fs::read_to_string(policy).unwrap()
     })
@@ -118,9 +117,8 @@ fn files_are_read_back_whatever_names_are_in_them() {
         }
     }
     let model = jani(&["a", "a / b"], &["l"]);
-    let unquoted =
-        verified(["m.jani", &model], "If holds: s=0\nExecute: a / b\n", &["--target", "s=2"]).expect(3);
-    assert!(unquoted.stderr.contains("a name with ` / ` stands in double quotes"), "{}", unquoted.stderr);
+    verified(["m.jani", &model], "If holds: s=0\nExecute: a / b\n", &["--target", "s=2"])
+        .ends(3, "a name with ` / ` stands in double quotes");
     let quoted = "If holds: s=0\nExecute: \"a / b\"\n";
     verified(["m.jani", &model], quoted, &["--target", "s=1"]).expect(0);
     assert!(fault(["m.jani", &model], quoted, "s=2").contains("has no action"));
@@ -175,12 +173,11 @@ fn preferences_alone_are_no_goal() {
         "(define (domain d) (:predicates (p)) (:action one :effect (p)))
         (define (problem x) (:domain d) (:init) (:goal (preference a (p))))",
     ];
-    let refused = verified(task, "Policy:\n", &[]).expect(2);
-    assert!(refused.stderr.contains("this problem has no goal that must hold"), "{}", refused.stderr);
+    verified(task, "Policy:\n", &[]).ends(2, "this problem has no goal that must hold");
     verified(task, "If holds:\nExecute: one\n", &["--target", "\"a\""]).expect(0);
     let scratch = Scratch::new(&[task.into()]);
-    let asked = Finished::of(meliora().args(["reach", &scratch.show(task[0])])).expect(2);
-    assert!(asked.stderr.contains("this problem has no goal that must hold"), "{}", asked.stderr);
+    Finished::of(executable().args(["reach", &scratch.show(task[0])]))
+        .ends(2, "this problem has no goal that must hold");
 }
 
 #[test]

@@ -1,8 +1,6 @@
 //! The promise of the default: no step weakens the start, and gains are gains over the start.
 
-use serde_json::json;
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 /// At the start A and B are sure. The way to B loses A, then B, and may then gain A again.
 const LATERAL: &str = "mdp\nmodule m\n at : [0..6] init 0;\n [a] at=0 -> (at'=3);\n [c] at=0 -> (at'=4);\n [b] at=0 -> (at'=1);\n \
@@ -25,14 +23,13 @@ fn files(model: &str, preferences: &str) -> (Scratch, String) {
 #[test]
 fn what_was_sure_at_the_start_is_no_gain() {
     let (_scratch, files) = files(LATERAL, LATERAL_PREFS);
-    let initial = |options: &str| {
-        run(&format!("check {files} --json {options}")).expect(0).json()["initial"][0].clone()
-    };
+    let initial =
+        |options: &str| run!("check {files} --json {options}").expect(0).json()["initial"][0].clone();
     assert_eq!((&initial("")["sasi_rank"], &initial("")["spi_rank"]), (&json!(0), &json!(0)));
     assert_eq!(initial("--safety action")["sasi_rank"], json!(1));
     // Steps between incomparable classes add up to a loss, so nothing is gained over the start.
     assert_eq!(initial("--safety action")["sasi_gains"], json!([[]]));
-    let text = run(&format!("check {files} -v")).expect(0).stdout;
+    let text = run!("check {files} -v").expect(0).stdout;
     assert!(text.contains("no improvement over A1, A2 or B is guaranteed"), "{text}");
     assert!(text.contains("`--safety action` counts 1 (SASI) and 1 (SPI)"), "{text}");
     let toy = run("check models/toy.prism models/toy.pref -v").expect(0).stdout;
@@ -43,20 +40,18 @@ fn what_was_sure_at_the_start_is_no_gain() {
 fn runs_of_the_default_never_weaken_their_start() {
     let (_scratch, files) = files(LATERAL, LATERAL_PREFS);
     for kind in ["sasi", "spi", "plan"] {
-        let play = &run(&format!("simulate {files} --kind {kind} --json")).expect(0).json()["plays"][0];
+        let play = &run!("simulate {files} --kind {kind} --json").expect(0).json()["plays"][0];
         assert_eq!((&play["weakened_start"], &play["better_than_start"]), (&json!(0), &json!(0)), "{kind}");
     }
-    let play =
-        &run(&format!("simulate {files} --kind sasi --safety action --json")).expect(0).json()["plays"][0];
+    let play = &run!("simulate {files} --kind sasi --safety action --json").expect(0).json()["plays"][0];
     assert_eq!((&play["weakened_start"], &play["gained"]), (&json!(1000), &json!([])));
 }
 
 #[test]
 fn gains_over_the_start_are_counted_and_named() {
     let (_scratch, files) = files(CHANCE, CHANCE_PREFS);
-    let text = run(&format!("check {files}")).expect(0).stdout;
-    assert!(text.contains("one improvement over Low is possible: to Gold or Silver"), "{text}");
-    let play = &run(&format!("simulate {files} --kind spi --json")).expect(0).json()["plays"][0];
+    run!("check {files}").prints(0, "one improvement over Low is possible: to Gold or Silver");
+    let play = &run!("simulate {files} --kind spi --json").expect(0).json()["plays"][0];
     let runs = |at: usize| play["gained"][at]["runs"].as_u64().unwrap();
     assert_eq!(
         [&play["gained"][0]["objective"], &play["gained"][1]["objective"]],
@@ -68,7 +63,7 @@ fn gains_over_the_start_are_counted_and_named() {
 #[test]
 fn values_by_goal_add_up_to_the_probability_of_an_improvement() {
     let (_scratch, files) = files(CHANCE, CHANCE_PREFS);
-    let state = run(&format!("values {files} --by-goal --json")).expect(0).json()["states"][0].clone();
+    let state = run!("values {files} --by-goal --json").expect(0).json()["states"][0].clone();
     let found = state["by_goal"].as_array().unwrap();
     let bounds =
         |gain: &serde_json::Value| ["lower", "upper"].map(|end| gain["probability"][end].as_f64().unwrap());
@@ -82,8 +77,7 @@ fn values_by_goal_add_up_to_the_probability_of_an_improvement() {
     let all = state["levels"][0]["probability"]["upper"].as_f64().unwrap();
     assert!((total - all).abs() < 2e-6 && found.len() == 2, "{state}");
     let game = "models/pursuit.prism models/pursuit.pref -c N=4";
-    let refused = run(&format!("values {game} --by-goal")).expect(2).stderr;
-    assert!(refused.contains("the opponent decides on the gain"), "{refused}");
+    run!("values {game} --by-goal").ends(2, "the opponent decides on the gain");
 }
 
 #[test]
@@ -94,7 +88,7 @@ fn three_reasons_for_an_empty_target_are_three_warnings() {
         model,
         "objective A = F x=7; objective B = F x=3; objective C = F x=2; prefer A > B; require G x<2;",
     );
-    let warned = run(&format!("check {files}")).expect(0).stderr;
+    let warned = run!("check {files}").expect(0).stderr;
     for text in [
         "the target of objective `A` is false for all values that its variables can have",
         "no path reaches a state that satisfies the target of objective `B`",
@@ -108,30 +102,26 @@ fn three_reasons_for_an_empty_target_are_three_warnings() {
 fn values_are_written_by_their_names_in_conditions() {
     let scratch = Scratch::new(&[]);
     let dump = scratch.show("dump");
-    run(&format!("export models/workshop.jani models/workshop.pref --const N=1 --out {dump}")).expect(0);
+    run!("export models/workshop.jani models/workshop.pref --const N=1 --out {dump}").expect(0);
     let count = |condition: &str| {
-        run(&format!("query {dump} reachable --count --where {condition}")).expect(0).stdout.trim().to_owned()
+        run!("query {dump} reachable --count --where {condition}").expect(0).stdout.trim().to_owned()
     };
     let [idle, other] = [count("left_loc=idle"), count("left_loc!=idle")].map(|n| n.parse::<u64>().unwrap());
     assert!(idle > 0 && other > 0);
     assert_eq!((idle + other).to_string(), count("true"));
-    let unknown = run(&format!("query {dump} reachable --where left_loc=idel")).expect(3).stderr;
-    assert!(unknown.contains("unknown name `idel`"), "{unknown}");
+    run!("query {dump} reachable --where left_loc=idel").ends(3, "unknown name `idel`");
 }
 
 #[test]
 fn a_slip_in_a_name_is_recognised() {
     let toy = "models/toy.prism models/toy.pref";
-    let wrong = run(&format!("strategy {toy} --kind achieve --objective Frist")).expect(2).stderr;
-    assert!(wrong.contains("did you mean `First`?"), "{wrong}");
+    run!("strategy {toy} --kind achieve --objective Frist").ends(2, "did you mean `First`?");
     let scratch = Scratch::new(&[]);
     let dump = scratch.show("dump");
-    run(&format!("export {toy} --out {dump}")).expect(0);
-    let wrong = run(&format!("query {dump} reachabel")).expect(3).stderr;
-    assert!(wrong.contains("did you mean `reachable`?"), "{wrong}");
+    run!("export {toy} --out {dump}").expect(0);
+    run!("query {dump} reachabel").ends(3, "did you mean `reachable`?");
     let scratch = Scratch::new(&[("m.prism", &format!("{CHANCE}label \"gold\" = x=1;\n"))]);
-    let label = run(&format!("reach {} --target \"gild\"", scratch.show("m.prism"))).expect(3).stderr;
-    assert!(label.contains("did you mean `\"gold\"`?"), "{label}");
+    run!("reach {} --target \"gild\"", scratch.show("m.prism")).ends(3, "did you mean `\"gold\"`?");
 }
 
 #[test]

@@ -1,8 +1,6 @@
 //! Property files.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [a] x<3 -> 0.5: (x'=x+1) + 0.5: true;\n [b] x<2 -> true;\nendmodule\n";
 const PROPERTIES: &str = "// what is asked of it\nconst int last = 3;\nlabel \"end\" = x=last;\n\
@@ -11,8 +9,7 @@ const PROPERTIES: &str = "// what is asked of it\nconst int last = 3;\nlabel \"e
 
 fn asked(more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", PROPERTIES)]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    Finished::of(meliora().args(["reach", &model, "--properties", &file]).args(more))
+    scratch.ask("reach m.prism --properties m.props", more)
 }
 
 #[test]
@@ -43,10 +40,7 @@ fn one_property_of_a_file_is_asked_by_its_name() {
     asked(&["--only", "none"]).expect(2);
     for question in [["--property", "P>0[Fx=1]"], ["--target", "x=1"]] {
         let scratch = Scratch::new(&[("m.prism", MODEL)]);
-        let model = scratch.show("m.prism");
-        let without =
-            Finished::of(meliora().args(["reach", &model, "--only", "sure"]).args(question)).expect(2);
-        assert!(without.stderr.contains("`--only NAME` needs `--properties FILE`"), "{}", without.stderr);
+        scratch.ask("reach m.prism --only sure", question).ends(2, "`--only NAME` needs `--properties FILE`");
     }
 }
 
@@ -57,11 +51,10 @@ fn bounds_may_be_constants_of_the_model_or_the_file() {
     let file = "const double p;\nconst int one = 1;\nP<=half [ F<=3 x=3 ];\nPmax>=p [ F<=3 x=3 ];\nP>=one [ F x>=0 ];\n\
         Pmax>q [ F x=3 ];\nPmax>no [ F x=3 ];\n";
     let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
+    let model = scratch.show("m.prism");
     for (p, holds) in [("0.125", true), ("0.126", false)] {
         let given = format!("p={p}");
-        let found =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json", "-c", &given]));
+        let found = scratch.run(format!("reach m.prism --properties m.props --json -c '{given}'"));
         let found = found.expect(if holds { 0 } else { 1 }).json();
         let verdicts: Vec<&Json> =
             found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
@@ -74,11 +67,12 @@ fn bounds_may_be_constants_of_the_model_or_the_file() {
             (&json!(6), &json!(6))
         );
     }
-    let without = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(0).stdout;
-    assert!(without.contains("line 4, column 7: the constant `p` has no value"), "{without}");
+    scratch
+        .run("reach m.prism --properties m.props")
+        .prints(0, "line 4, column 7: the constant `p` has no value");
     let alone = ["reach", &model, "--property", "P<=half [ F<=3 x=3 ]"];
-    Finished::of(meliora().args(alone)).expect(0);
-    Finished::of(meliora().args([&alone[..], &["--stop-at-target"]].concat())).expect(0);
+    Finished::of(executable().args(alone)).expect(0);
+    Finished::of(executable().args([&alone[..], &["--stop-at-target"]].concat())).expect(0);
 }
 
 #[test]
@@ -89,7 +83,7 @@ fn a_model_without_an_initial_state_is_refused() {
         ("m.props", "P>=1 [ F x=1 ];\nPmax=? [ F x=1 ];\n"),
         ("m.pref", "objective A = F x=1;\nobjective B = F x=2;\nprefer B > A;\n"),
     ]);
-    let [file, props, prefs, out] = ["m.prism", "m.props", "m.pref", "out"].map(|name| scratch.show(name));
+    let [file, props] = ["m.prism", "m.props"].map(|name| scratch.show(name));
     for engine in ["symbolic", "explicit"] {
         for question in [
             ["--property", "P>=1 [ F x=1 ]"],
@@ -98,16 +92,15 @@ fn a_model_without_an_initial_state_is_refused() {
             ["--properties", &props],
         ] {
             let asked = ["reach", &file, "--engine", engine].into_iter().chain(question);
-            let refused = Finished::of(meliora().args(asked)).expect(3).stderr;
+            let refused = Finished::of(executable().args(asked)).expect(3).stderr;
             assert!(refused.contains("the model has no initial state"), "{refused}");
             assert!(refused.contains("m.prism:7:6") && refused.contains("init x>3 endinit"), "{refused}");
         }
     }
     for command in ["check", "strategy", "values", "simulate", "compare", "report"] {
-        let refused = Finished::of(meliora().args([command, &file, &prefs])).expect(3).stderr;
-        assert!(refused.contains("the model has no initial state"), "{command}: {refused}");
+        scratch.run(format!("{command} m.prism m.pref")).ends(3, "the model has no initial state");
     }
-    Finished::of(meliora().args(["export", &file, &prefs, "--out", &out])).expect(3);
+    scratch.run("export m.prism m.pref --out out").expect(3);
 }
 
 #[test]
@@ -116,10 +109,7 @@ fn constants_that_a_file_leaves_open_are_given_beside_those_of_the_model() {
     let file = "P>0 [ F \"end\" ];\nconst int last;\nconst double p;\nlabel \"end\" = x=last;\n\"free\": P>0 [ F x=1 ];\n\
         \"other\": P>0 [ F p>0.5 ];\n";
     let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
-    let ask = |given: &str| {
-        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json", "-c", given]))
-    };
+    let ask = |given: &str| scratch.run(format!("reach m.prism --properties m.props --json -c '{given}'"));
     let found = ask("n=0,last=3,p=1").expect(1).json();
     let holds: Vec<&Json> = found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
     assert_eq!(holds, [&json!(false), &json!(false), &json!(true)]);
@@ -135,8 +125,7 @@ fn constants_that_a_file_leaves_open_are_given_beside_those_of_the_model() {
         ("n=0,last=1,m=2", "the model has no constant `m`"),
         ("last=1", "`n`"),
     ] {
-        let wrong = ask(given).expect(3);
-        assert!(wrong.stderr.contains(word), "{given}: {}", wrong.stderr);
+        ask(given).ends(3, word);
     }
 }
 
@@ -149,7 +138,7 @@ fn files_in_place_of_property_files_are_named() {
     ]);
     let refused = |file: &str| {
         let (model, file) = (scratch.show("m.prism"), scratch.show(file));
-        Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr
+        Finished::of(executable().args(["reach", &model, "--properties", &file])).expect(3).stderr
     };
     let jani = refused("m.jani");
     assert!(jani.contains("this is a JANI model, not a list of properties"), "{jani}");
@@ -162,9 +151,7 @@ fn files_in_place_of_property_files_are_named() {
 fn a_constant_that_the_model_declares_is_refused_at_its_place() {
     let model = MODEL.replace("mdp", "mdp\nconst int n;").replace("init 0", "init n");
     let scratch = Scratch::new(&[("m.prism", &model), ("m.props", "P>0 [ F x=n ];\nconst int n;\n")]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    let ask = ["reach", &model, "--properties", &file, "-c", "n=1"];
-    let refused = Finished::of(meliora().args(ask)).expect(3).stderr;
+    let refused = scratch.run("reach m.prism --properties m.props -c n=1").expect(3).stderr;
     assert!(refused.contains("m.props:2:11") && refused.contains("`n` is declared already"), "{refused}");
     assert!(refused.contains("remove this declaration"), "{refused}");
 }
@@ -172,14 +159,8 @@ fn a_constant_that_the_model_declares_is_refused_at_its_place() {
 #[test]
 fn a_question_is_asked_for() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    let missing = Finished::of(meliora().args(["reach", &scratch.show("m.prism")])).expect(2).stderr;
-    assert!(
-        missing.contains("`--property PROPERTY`") && missing.contains("names no properties"),
-        "{missing}"
-    );
-    let none =
-        Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--all-properties"])).expect(2);
-    assert!(none.stderr.contains("names no properties"), "{}", none.stderr);
+    scratch.run("reach m.prism").ends(2, "`--property PROPERTY`").says("names no properties");
+    scratch.run("reach m.prism --all-properties").ends(2, "names no properties");
 }
 
 #[test]
@@ -189,9 +170,7 @@ fn an_open_constant_leaves_the_properties_that_do_not_need_it() {
         \"a\": P>0 [ F \"end\" ];\n\"b\": Pmax=? [ F<=K \"end\" ];\n\"c\": P>0 [ F \"far\" ];\n\"d\": P>=K [ F far ];\n";
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", file)]);
     let ask = |more: &[&str]| {
-        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let found =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]).args(more));
+        let found = scratch.ask("reach m.prism --properties m.props --json", more);
         found.expect(1).json()["properties"].as_array().unwrap().clone()
     };
     let found = ask(&[]);
@@ -212,8 +191,7 @@ fn an_open_constant_leaves_the_properties_that_do_not_need_it() {
 fn a_file_in_which_nothing_can_be_read_ends_with_status_3() {
     let status = |file: &str| {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", file)]);
-        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let found = Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]));
+        let found = scratch.run("reach m.prism --properties m.props --json");
         let reasons = found.json()["properties"]
             .as_array()
             .unwrap()
@@ -233,9 +211,7 @@ fn a_file_in_which_nothing_can_be_read_ends_with_status_3() {
         ("m.prism", &MODEL.replace("mdp", "mdp const int n;")),
         ("m.props", "P>0 [ F y=n ];\n"),
     ]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    let sweep = ["reach", &model, "--properties", &file, "-c", "n=1:2", "--csv", "-"];
-    let rows = Finished::of(meliora().args(sweep)).expect(3).stdout;
+    let rows = scratch.run("reach m.prism --properties m.props -c n=1:2 --csv -").expect(3).stdout;
     assert!(
         rows.lines().skip(1).all(|row| row.contains(",not answered,") && row.ends_with(",error")),
         "{rows}"
@@ -247,8 +223,7 @@ fn a_wrong_reward_leaves_the_other_properties_of_a_file() {
     let model = format!("{MODEL}rewards \"r\"\n x=1 : -1;\nendrewards\n");
     let file = "\"cost\": R{\"r\"}min=? [ F x=3 ];\n\"end\": Pmax=? [ F x=3 ];\n";
     let scratch = Scratch::new(&[("m.prism", &model), ("m.props", file)]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-    let found = Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"]));
+    let found = scratch.run("reach m.prism --properties m.props --json");
     let found = found.expect(0).json();
     let reason = found["properties"][0]["reason"].as_str().unwrap();
     assert!(reason.contains("earns -1 in the state x=1"), "{reason}");
@@ -269,15 +244,11 @@ fn a_name_of_the_model_is_not_defined_again() {
     ] {
         let file = format!("{definition}\nPmax=? [ F \"one\" ];\n");
         let scratch = Scratch::new(&[("m.prism", &model), ("m.props", &file)]);
-        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let refused = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr;
-        assert!(refused.contains(place) && refused.contains(first), "{definition}: {refused}");
+        scratch.run("reach m.prism --properties m.props").ends(3, place).says(first);
     }
     let unread =
         Scratch::new(&[("m.prism", MODEL), ("m.props", "label \"init\" = x=2;\nP>0 [ F \"init\" ];\n")]);
-    let (model, file) = (unread.show("m.prism"), unread.show("m.props"));
-    let refused = Finished::of(meliora().args(["reach", &model, "--properties", &file])).expect(3).stderr;
-    assert!(refused.contains("init"), "{refused}");
+    unread.run("reach m.prism --properties m.props").ends(3, "init");
 }
 
 /// Such a file ended with status 0, as if all of its properties were true.
@@ -285,12 +256,10 @@ fn a_name_of_the_model_is_not_defined_again() {
 fn a_file_without_a_property_is_refused() {
     for text in ["", "// nothing\n", "const int K = 3;\nlabel \"far\" = x=K;\n"] {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", text)]);
-        let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
-        let refused =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "--json"])).expect(3).json();
+        let refused = scratch.run("reach m.prism --properties m.props --json").expect(3).json();
         assert_eq!(
             (&refused["message"], &refused["file"]),
-            (&json!("the file has no property"), &json!(file))
+            (&json!("the file has no property"), &json!("m.props"))
         );
     }
 }
@@ -299,14 +268,11 @@ fn a_file_without_a_property_is_refused() {
 fn a_value_for_a_constant_that_the_file_defines_is_refused_with_its_place() {
     let file = "const int K = 3;\nP>0 [ F x=K ];\n";
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", file)]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     for constants in ["K=2", "K=1:3"] {
-        let refused =
-            Finished::of(meliora().args(["reach", &model, "--properties", &file, "-c", constants])).expect(3);
+        let refused = scratch.run(format!("reach m.prism --properties m.props -c '{constants}'")).expect(3);
         assert_eq!(refused.stderr.matches("error").count(), 1, "{}", refused.stderr);
-        let message = format!("the constant `K` already has a value at {file}:1:11");
-        assert!(refused.stderr.contains(&message) && refused.stdout.is_empty(), "{}", refused.stderr);
-        assert!(refused.stderr.contains("`const int K;`"), "{}", refused.stderr);
+        assert!(refused.stdout.is_empty(), "{refused:?}");
+        refused.says("the constant `K` already has a value at m.props:1:11").says("`const int K;`");
     }
 }
 
@@ -314,8 +280,7 @@ fn a_value_for_a_constant_that_the_file_defines_is_refused_with_its_place() {
 fn an_unknown_reward_structure_is_told_with_those_that_there_are() {
     let named = |rewards: &str| {
         let scratch = Scratch::new(&[("m.prism", &format!("{MODEL}{rewards}"))]);
-        let asked = ["reach", &scratch.show("m.prism"), "--property", "R{\"x\"}max=? [ F x=3 ]"];
-        Finished::of(meliora().args(asked)).expect(3).stderr
+        scratch.run("reach m.prism --property 'R{\"x\"}max=? [ F x=3 ]'").expect(3).stderr
     };
     assert!(named("").contains("the model has no reward structure"));
     let unnamed = named("rewards true : 1; endrewards");

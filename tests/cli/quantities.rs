@@ -1,8 +1,6 @@
 //! Probabilities and expected rewards: `reach --property 'Pmax=? [ … ]'` and `R{"name"}min=? [ F … ]`.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 /// Tries `a` until it succeeds, or gives up by `b`. In 3 nothing happens any more.
 const MODEL: &str = "mdp
@@ -24,7 +22,7 @@ const MODEL: &str = "mdp
 
 fn ask(text: &str, more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", text)]);
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
+    scratch.ask("reach m.prism --json", more)
 }
 
 /// Returns the bounds of a property under both engines.
@@ -80,7 +78,7 @@ fn a_dtmc_needs_no_min_or_max() {
     let chain = "dtmc module m x : [0..2]; [] x=0 -> 0.3 : (x'=1) + 0.7 : (x'=2); endmodule";
     let (lower, upper) = bounds(chain, "P=? [ F x=1 ]");
     assert!(lower <= 0.3 && 0.3 <= upper && upper - lower < 1e-9);
-    assert!(ask(MODEL, &["--property", "P=? [ F x=1 ]"]).expect(3).stdout.contains("least and a greatest"));
+    ask(MODEL, &["--property", "P=? [ F x=1 ]"]).prints(3, "least and a greatest");
 }
 
 #[test]
@@ -132,10 +130,8 @@ fn wrong_rewards_are_errors_at_their_place() {
 #[test]
 fn the_text_says_the_value() {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    let mut command = meliora();
-    let shown =
-        Finished::of(command.args(["reach", &scratch.show("m.prism"), "--property", "Rmin=? [ F x=0 ]"]));
-    assert!(shown.expect(0).stdout.contains("The value in the initial states: 0"));
+    let shown = scratch.run("reach m.prism --property 'Rmin=? [ F x=0 ]'");
+    shown.prints(0, "The value in the initial states: 0");
 }
 
 /// A model whose ranges have 2^24 valuations, 21 of which are reachable.
@@ -148,7 +144,7 @@ endmodule";
 #[test]
 fn numbers_are_found_by_the_explicit_engine_if_it_stores_the_states_in_few_bytes() {
     let scratch = Scratch::new(&[("m.prism", SPARSE)]);
-    let ask = |arguments: &str| run(&format!("reach {} --json {arguments}", scratch.show("m.prism")));
+    let ask = |arguments: &str| run!("reach {} --json {arguments}", scratch.show("m.prism"));
     let number = "--property Pmax=?[F(x=20)]";
     let found = ask(number).json();
     assert_eq!((&found["engine"], &found["engine_reason"]), (&json!("explicit"), &json!("21 states found")));
@@ -186,7 +182,7 @@ endmodule";
 #[test]
 fn states_that_share_no_nodes_are_stored_one_by_one() {
     let scratch = Scratch::new(&[("m.prism", COUNTERS)]);
-    let ask = |model: &str, arguments: &str| run(&format!("reach {model} --json {arguments}")).json();
+    let ask = |model: &str, arguments: &str| run!("reach {model} --json {arguments}").json();
     let regions = ["counts", "target", "pmax_one", "pmax_positive", "pmin_one", "pmin_positive"];
     let target = "--target x=7";
     let taken = ask(SCRAMBLE, target);
@@ -209,18 +205,9 @@ fn strategies_of_several_objectives_are_written_and_attain_the_answer() {
     let model = "mdp\nmodule m\n x : [0..3] init 0;\n [left] x=0 -> 1/2:(x'=1) + 1/2:(x'=3);\n\
         [right] x=0 -> (x'=2);\n [stay] x>0 -> true;\nendmodule\n";
     let scratch = Scratch::new(&[("m.prism", model)]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("mix.json"));
     let ask = |property: &str| {
         let _ = std::fs::remove_file(scratch.path("mix.json"));
-        let found = Finished::of(meliora().args([
-            "reach",
-            &model,
-            "--property",
-            property,
-            "--policy",
-            &file,
-            "--json",
-        ]));
+        let found = scratch.run(format!("reach m.prism --property '{property}' --policy mix.json --json"));
         let strategies = std::fs::read_to_string(scratch.path("mix.json")).ok();
         (found, strategies.map(|text| serde_json::from_str::<Json>(&text).unwrap()))
     };
@@ -252,15 +239,8 @@ fn strategies_of_several_objectives_are_written_and_attain_the_answer() {
     assert!(points.len() == 2 && points.iter().all(|point| point["share"].is_null()));
     let (found, none) = ask("multi(P>=0.9 [ F x=2 ], P>=0.2 [ F x=1 ])");
     assert!(found.status == 1 && none.is_none(), "{found:?}");
-    assert!(found.stderr.contains("none satisfies the bounds"), "{}", found.stderr);
-    let text = Finished::of(meliora().args([
-        "reach",
-        &model,
-        "--property",
-        "multi(P>=0.5 [ F x=2 ])",
-        "--policy",
-        &scratch.show("p"),
-    ]));
+    found.says("none satisfies the bounds");
+    let text = scratch.run("reach m.prism --property 'multi(P>=0.5 [ F x=2 ])' --policy p");
     assert!(text.status == 2 && text.stderr.contains("ends with .json"), "{text:?}");
 }
 

@@ -8,9 +8,7 @@
 //! programs says so: ```` ```sh needs=TOOL ````. All others are run: by the tests below, by
 //! `python/tests/test_pages.py`, or by `.ci/run`.
 
-use std::path::{Path, PathBuf};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// The two files named README, and the pages of `docs/`.
 fn pages() -> Vec<PathBuf> {
@@ -164,7 +162,7 @@ fn workshop() -> Scratch {
 
 /// Runs a command of a page and requires the output shown.
 fn run_shown(page: &Path, workshop: &Scratch, arguments: &str, expected: &[String]) {
-    let mut command = meliora();
+    let mut command = executable();
     let finished = Finished::of(command.current_dir(workshop.path(".")).args(split(arguments)));
     let found = stable(&format!("{}{}", finished.stdout, finished.stderr));
     let (found, expected) = (trimmed(&found), trimmed(expected));

@@ -1,15 +1,12 @@
 //! The contents of the report page and of the pictures.
 
-use std::fs;
-
-use serde_json::Value;
-
-use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+use crate::cli::common::{LONG, LONG_PREFS};
+use crate::common::prelude::*;
 
 const ROBOT: &str = "report models/robot5x5.prism models/robot5x5.pref";
 
 /// The data that the page's script reads.
-pub(crate) fn data(page: &str) -> Value {
+pub(crate) fn data(page: &str) -> Json {
     let from = page.find("<script id=\"data\"").unwrap();
     let text = &page[from..];
     let text = &text[text.find('>').unwrap() + 1..text.find("</script>").unwrap()];
@@ -20,7 +17,7 @@ pub(crate) fn data(page: &str) -> Value {
 fn a_page_is_one_file_that_loads_nothing() {
     let scratch = Scratch::new(&[]);
     let out = scratch.show("page.html");
-    let found = run(&format!("{ROBOT} --scope all --safety transition --out {out} --json")).expect(0).json();
+    let found = run!("{ROBOT} --scope all --safety transition --out {out} --json").expect(0).json();
     assert_eq!(found["schema"], "meliora.report/1");
     assert_eq!(found["written"]["grid"], serde_json::json!(["r", "c"]));
     assert_eq!(found["check"]["initial"][0]["sasi_rank"], 2);
@@ -41,10 +38,10 @@ fn without_a_plane_there_are_no_maps_but_all_the_rest() {
     let model = "mdp\nmodule m\n w : [0..99999] init 0;\n [] w<2 -> (w'=w+1);\nendmodule\n";
     let scratch = Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F w=2;\n")]);
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
-    run(&format!("report {m} {p} --out {out}")).expect(0);
+    run!("report {m} {p} --out {out}").expect(0);
     let page = fs::read_to_string(&out).unwrap();
     assert!(page.contains("<code>--grid ROW,COLUMN</code>") && !page.contains("id=\"data\""));
-    run(&format!("report {m} {p} --format svg --picture sasi")).expect(2);
+    run!("report {m} {p} --format svg --picture sasi").expect(2);
 }
 
 #[test]
@@ -53,9 +50,9 @@ fn maps_are_over_the_first_two_integers_where_no_names_suggest_better_ones() {
                  [] p<2 -> (p'=p+1);\nendmodule\n";
     let scratch = Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F p=2;\n")]);
     let (m, p) = (scratch.show("m.prism"), scratch.show("p.pref"));
-    let page = run(&format!("report {m} {p} --scope all")).expect(0).stdout;
+    let page = run!("report {m} {p} --scope all").expect(0).stdout;
     assert_eq!((&data(&page)["row"], &data(&page)["column"]), (&2.into(), &3.into()));
-    let strip = run(&format!("report {m} {p} --format svg --picture classes --grid q")).expect(0).stdout;
+    let strip = run!("report {m} {p} --format svg --picture classes --grid q").expect(0).stdout;
     // No other value of q is ever reached.
     assert_eq!(strip.matches("class=\"cell\"").count(), 4);
     assert_eq!(strip.matches("height=\"40\" fill=\"url(#wall)\"").count(), 3);
@@ -64,12 +61,12 @@ fn maps_are_over_the_first_two_integers_where_no_names_suggest_better_ones() {
 
 #[test]
 fn the_play_shown_keeps_what_is_promised() {
-    let page = run(&format!("{ROBOT} --safety action")).expect(0).stdout;
+    let page = run!("{ROBOT} --safety action").expect(0).stdout;
     assert!(page.contains("The run makes 2 improvements, and achieves "), "{page}");
     assert!(page.contains("<details open><summary class=\"hint\">All steps"), "short runs are shown in full");
-    let page = run(&format!("{ROBOT} --safety action --kind sasi")).expect(0).stdout;
-    assert!(page.contains("All guaranteed improvements happen: 2 improvements."), "{page}");
-    let lucky = run(&format!("{ROBOT} --safety action --kind spi --scheduler permissive")).expect(0).stdout;
+    run!("{ROBOT} --safety action --kind sasi")
+        .prints(0, "All guaranteed improvements happen: 2 improvements.");
+    let lucky = run!("{ROBOT} --safety action --kind spi --scheduler permissive").expect(0).stdout;
     assert!(
         lucky.contains("The run is cut off after 500 steps") || lucky.contains("No simulated run made all"),
         "{lucky}"
@@ -101,8 +98,7 @@ fn axes_are_neither_monitors_nor_turns_and_may_be_booleans() {
         [z] true -> true;\nendmodule\n";
     let scratch =
         Scratch::new(&[("m.prism", model), ("p.pref", "objective A = F (a & X c); objective Z = F G c;\n")]);
-    let page =
-        run(&format!("report {} {}", scratch.show("m.prism"), scratch.show("p.pref"))).expect(0).stdout;
+    let page = run!("report {} {}", scratch.show("m.prism"), scratch.show("p.pref")).expect(0).stdout;
     assert_eq!((&data(&page)["row"], &data(&page)["column"]), (&1.into(), &2.into()));
 }
 
@@ -112,21 +108,21 @@ fn names_of_files_cannot_become_parts_of_the_page() {
     let model = scratch.path("<script>x&.prism");
     fs::copy("models/robot5x5.prism", &model).unwrap();
     let arguments = ["report", model.to_str().unwrap(), "models/robot5x5.pref"];
-    let page = Finished::of(meliora().args(arguments)).expect(0).stdout;
+    let page = Finished::of(executable().args(arguments)).expect(0).stdout;
     assert!(page.contains("&lt;script&gt;x&amp;.prism") && !page.contains("<script>x"));
 }
 
 #[test]
 fn other_formats_are_pictures() {
-    let hasse = run(&format!("{ROBOT} --format svg --picture hasse")).expect(0).stdout;
+    let hasse = run!("{ROBOT} --format svg --picture hasse").expect(0).stdout;
     assert!(hasse.starts_with("<svg") && hasse.matches("class=\"cover\"").count() == 6, "{hasse}");
-    let map = run(&format!("{ROBOT} --format svg --scope all --at r=0,c=0,b=3")).expect(0).stdout;
+    let map = run!("{ROBOT} --format svg --scope all --at r=0,c=0,b=3").expect(0).stdout;
     assert_eq!(map.matches("class=\"cell\"").count(), 25);
     assert!(
         map.contains("#bee6c8") && !map.contains("var("),
         "programs that draw SVG know no variables: {map}"
     );
-    let dot = run(&format!("{ROBOT} --format dot")).expect(0).stdout;
+    let dot = run!("{ROBOT} --format dot").expect(0).stdout;
     assert!(dot.starts_with("digraph") && dot.matches(" -> ").count() == 9, "{dot}");
 }
 
@@ -142,31 +138,34 @@ fn what_cannot_be_drawn_is_refused_by_name() {
         ("--grid r,r", 3, "twice"),
         ("--at r=9", 3, "range"),
     ] {
-        let found = run(&format!("{ROBOT} {options}")).expect(status);
+        let found = run!("{ROBOT} {options}").expect(status);
         assert!(found.stderr.contains(word) && !found.stdout.contains("<html"), "{options}: {found:#?}");
     }
     let wide = "mdp module m x : [0..9999] init 0; y : [0..9999] init 0; [] true -> true; endmodule";
     let scratch = Scratch::new(&[("m.prism", wide), ("p.pref", "objective A = F x=2;\n")]);
     let (m, p) = (scratch.show("m.prism"), scratch.show("p.pref"));
-    let found = run(&format!("report {m} {p} --grid y,x")).expect(3);
-    assert!(found.stderr.contains("can be drawn"), "{found:#?}");
+    run!("report {m} {p} --grid y,x").ends(3, "can be drawn");
 }
 
 #[test]
 fn a_page_that_was_not_finished_is_not_there() {
     let scratch = Scratch::new(&[("m.prism", LONG), ("p.pref", LONG_PREFS)]);
     let (m, p, out) = (scratch.show("m.prism"), scratch.show("p.pref"), scratch.show("page.html"));
-    run(&format!("report {m} {p} -c N=4000 --timeout 200ms --out {out}")).expect(4);
+    run!("report {m} {p} -c N=4000 --timeout 200ms --out {out}").expect(4);
     assert!(!scratch.path("page.html").exists());
     let folder = scratch.show("nowhere/page.html");
-    run(&format!("{ROBOT} --out {folder}")).expect(3);
+    run!("{ROBOT} --out {folder}").expect(3);
 }
 
 #[test]
 fn the_state_shown_first_can_be_chosen() {
-    let found =
-        Finished::of(meliora().args(ROBOT.split(' ')).args(["--scope", "all", "--at", "r=4,c=1,b=3,f=true"]))
-            .expect(0);
+    let found = Finished::of(executable().args(ROBOT.split(' ')).args([
+        "--scope",
+        "all",
+        "--at",
+        "r=4,c=1,b=3,f=true",
+    ]))
+    .expect(0);
     let data = data(&found.stdout);
     assert_eq!(data["at"], serde_json::json!([4, 1, 3, 0, 0, 1, 0]));
     assert_eq!(data["play"][0], data["at"]);
@@ -183,10 +182,10 @@ fn values_have_maps_a_sentence_and_the_run() {
         assert!(figure[..figure.find("</figure>").unwrap()].contains(&format!("data-value=\"{text}\"")));
     }
     assert!(page.contains("the permitted action with the fewest expected steps"));
-    let likely = run("report models/drone.prism models/drone.pref --choose likely").expect(0).stdout;
-    assert!(likely.contains("the permitted action with the greatest probability of success"));
-    let first = run("report models/drone.prism models/drone.pref --choose first").expect(0).stdout;
-    assert!(first.contains("the first permitted action that comes closer to its goal"));
+    run("report models/drone.prism models/drone.pref --choose likely")
+        .prints(0, "the permitted action with the greatest probability of success");
+    run("report models/drone.prism models/drone.pref --choose first")
+        .prints(0, "the first permitted action that comes closer to its goal");
 }
 
 #[test]
@@ -221,7 +220,7 @@ fn more_than_four_classes_of_a_cell_are_three_squares_and_a_sign() {
     let wishes: String = (1..=6).map(|h| format!("objective O{h} = F (x=3 & h={h});\n")).collect();
     let scratch = Scratch::new(&[("m.prism", &model), ("p.pref", &wishes)]);
     let (m, p) = (scratch.show("m.prism"), scratch.show("p.pref"));
-    let page = run(&format!("report {m} {p} --grid x")).expect(0).stdout;
+    let page = run!("report {m} {p} --grid x").expect(0).stdout;
     let map = &page[page.find("id=\"map-classes\"").unwrap()..];
     let cell = &map[map.find("data-col=\"2\"").unwrap()..];
     let cell = &cell[..cell.find("</g>").unwrap()];
@@ -237,9 +236,7 @@ fn sliders_of_many_variables_are_folded() {
             "mdp\nmodule m\n x : [0..2] init 0;{variables}\n [] x<2 -> (x'=x+1) & (f0'=!f0);\nendmodule\n"
         );
         let scratch = Scratch::new(&[("m.prism", &model), ("p.pref", "objective A = F x=2;\n")]);
-        run(&format!("report {} {} --grid x", scratch.show("m.prism"), scratch.show("p.pref")))
-            .expect(0)
-            .stdout
+        run!("report {} {} --grid x", scratch.show("m.prism"), scratch.show("p.pref")).expect(0).stdout
     };
     assert!(page(6).contains("<details class=\"others\" open>"));
     assert!(page(7).contains("<details class=\"others\"><summary>"));
@@ -248,10 +245,9 @@ fn sliders_of_many_variables_are_folded() {
 #[test]
 fn monitors_show_words_at_sliders_and_axes() {
     let courier = "report models/courier.prism models/courier.pref";
-    let page = run(courier).expect(0).stdout;
-    assert!(page.contains("<option value=\"0\" selected>waiting for key</option>"), "{page}");
+    run(courier).prints(0, "<option value=\"0\" selected>waiting for key</option>");
     for grid in ["Deliver,place", "place,Deliver", "Deliver"] {
-        let page = run(&format!("{courier} --grid {grid}")).expect(0).stdout;
+        let page = run!("{courier} --grid {grid}").expect(0).stdout;
         let axis = page.split("class=\"axis ").skip(1).map(|part| part.split("</ol>").next().unwrap());
         assert!(axis.into_iter().any(|axis| axis.contains(">waiting for key</")), "{grid}: {page}");
     }
@@ -262,7 +258,7 @@ fn targets_have_letters_in_maps_of_any_size() {
     let row = "mdp module m x : [0..5] init 0; [] x<5 -> (x'=x+1); endmodule";
     let wishes = "objective Child = F x=1; objective Climber = F x=2;";
     let scratch = Scratch::new(&[("row.prism", row), ("row.pref", wishes)]);
-    let two = run(&format!("report {} {}", scratch.show("row.prism"), scratch.show("row.pref")));
+    let two = run!("report {} {}", scratch.show("row.prism"), scratch.show("row.pref"));
     let two = two.expect(0).stdout;
     for (letters, name) in [("Ch", "Child"), ("Cl", "Climber")] {
         assert!(two.contains(&format!("\"><span class=\"glyph\">{letters}</span>{name}</li>")), "{two}");
@@ -271,7 +267,7 @@ fn targets_have_letters_in_maps_of_any_size() {
     let rescue = run("report models/rescue.prism models/rescue.pref -c H=2").expect(0).stdout;
     assert!(!rescue.contains("<g class=\"marks\">"), "{rescue}");
     let large = "generate gridworld --rows 26 --cols 26 --battery none --items 4 --seed 5 --out";
-    run(&format!("{large} {}", scratch.show("large"))).expect(0);
+    run!("{large} {}", scratch.show("large")).expect(0);
     // The item B is behind a door.
     let large = format!(
         "report {} {} --at open_B=true,open_charger=true",
@@ -289,8 +285,8 @@ fn targets_have_letters_in_maps_of_any_size() {
 fn the_headline_of_a_large_model_names_what_improves() {
     let scratch = Scratch::new(&[]);
     let large = "generate gridworld --rows 12 --cols 12 --items 4 --seed 1 --out";
-    run(&format!("{large} {}", scratch.show("large"))).expect(0);
-    let page = run(&format!("report {} {}", scratch.show("large.prism"), scratch.show("large.pref")));
+    run!("{large} {}", scratch.show("large")).expect(0);
+    let page = run!("report {} {}", scratch.show("large.prism"), scratch.show("large.pref"));
     let page = page.expect(0).stdout;
     assert!(page.contains("Values are left out"));
     assert!(page.contains("Can improve from B to C or D with probability one."), "{page}");
@@ -305,11 +301,10 @@ fn values_are_left_out_of_large_pages() {
             && !page.contains("map-p")
     );
     assert!(page.contains("Can improve from Cellar to RedVault or BlueVault with probability one."));
-    let refused = run(&format!("{large} --choose likely")).expect(2).stderr;
-    assert!(refused.contains("at most 4096 states"), "{refused}");
+    run!("{large} --choose likely").ends(2, "at most 4096 states");
     let drone = "report models/drone.prism models/drone.pref --choose cheap";
-    assert!(run(&format!("{drone} --kind spi")).expect(2).stderr.contains("`--kind spi`"));
-    assert!(run(&format!("{drone} --scheduler permissive")).expect(2).stderr.contains("permissive"));
+    run!("{drone} --kind spi").ends(2, "`--kind spi`");
+    run!("{drone} --scheduler permissive").ends(2, "permissive");
 }
 
 /// A robot picks up a box: that is a flag, and a label says where it is set.
@@ -329,7 +324,7 @@ const STORE: [(&str, &str); 2] = [
 fn labels_have_marks_and_flags_are_where_a_label_says() {
     let scratch = Scratch::new(&STORE);
     let store = format!("{} {}", scratch.show("store.prism"), scratch.show("store.pref"));
-    let page = run(&format!("report {store}")).expect(0).stdout;
+    let page = run!("report {store}").expect(0).stdout;
     let map = &page[page.find("id=\"map-sasi\"").unwrap()..page.find("id=\"map-spi\"").unwrap()];
     let cell = |row: i32, column: i32| {
         let start = map.find(&format!("data-row=\"{row}\" data-col=\"{column}\"")).unwrap();
@@ -347,9 +342,7 @@ fn labels_have_marks_and_flags_are_where_a_label_says() {
     assert!(cell(1, 2).contains(">B</text>") && cell(3, 3).contains(">O</text>"), "{map}");
     assert_eq!(map.matches("<g class=\"marks\">").count(), 4, "{map}");
     assert!(!cell(0, 0).contains(">B</text>"), "{}", cell(0, 0));
-    let svg = run(&format!("report {store} --format svg --picture spi")).expect(0).stdout;
-    assert!(
-        svg.contains(">charger</text>") && svg.contains("<text class=\"glyph\" x=\"7\" y=\"12\">▲</text>"),
-        "{svg}"
-    );
+    run!("report {store} --format svg --picture spi")
+        .prints(0, ">charger</text>")
+        .shows("<text class=\"glyph\" x=\"7\" y=\"12\">▲</text>");
 }

@@ -1,8 +1,6 @@
 //! `reach --require`: questions about the strategies that keep requirements.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 /// `quick` reaches the goal surely, but may step onto ice first; `safe` succeeds half of the time.
 const MODEL: &str = "mdp\nmodule m\n x : [0..6] init START;\n\
@@ -16,7 +14,7 @@ fn asked(start: &str, more: &[&str]) -> Finished {
         Scratch::new(&[("m.prism", &model), ("m.props", "Pmax>=1 [ F x=4 ];\nPmax=? [ F x=4 ];\n")]);
     let file = scratch.show("m.props");
     let more = more.iter().map(|word| if *word == "FILE" { &file } else { *word });
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism"), "--json"]).args(more))
+    scratch.ask("reach m.prism --json", more)
 }
 
 /// Returns whether bounds contain 1/2 and little more.
@@ -28,8 +26,8 @@ fn is_half(value: &Json) -> bool {
 #[test]
 fn a_requirement_about_one_state_is_refused_with_what_to_write() {
     let refused = asked("0", &["--target", "x=4", "--require", "!\"ice\""]).expect(3);
-    assert!(refused.stderr.contains("not over one state"), "{}", refused.stderr);
-    assert!(refused.stderr.contains("write `G (!\"ice\")`"), "{}", refused.stderr);
+    refused.says("not over one state");
+    refused.says("write `G (!\"ice\")`");
 }
 
 const DRY: &[&str] = &["--require", "G !\"ice\""];
@@ -85,7 +83,7 @@ fn rewards_are_checked_in_the_model_with_the_monitors_of_requirements() {
         let ask = |name: &str, status| {
             let more = ["--property", "R{\"cost\"}min=? [ F x=4 ]", "--require", "G (x=0 => X X x!=1)"];
             let options = ["reach", &scratch.show(name), "--json", "--engine", engine];
-            Finished::of(meliora().args(options).args(more)).expect(status).json()
+            Finished::of(executable().args(options).args(more)).expect(status).json()
         };
         let found = ask("right.prism", 0);
         // Taking `b` each time costs 1 per step.
@@ -168,8 +166,7 @@ fn a_quantity_from_an_unsafe_initial_state_has_no_value_and_says_why() {
 #[test]
 fn other_formulas_are_refused_by_name() {
     for (formula, word) in [("F x=4", "it is not a safe formula"), ("G y=1", "unknown name `y`")] {
-        let wrong = asked("0", &["--target", "x=4", "--require", formula]).expect(3);
-        assert!(wrong.stdout.contains(word), "{formula}: {}", wrong.stdout);
+        asked("0", &["--target", "x=4", "--require", formula]).prints(3, word);
     }
 }
 
@@ -180,8 +177,8 @@ fn a_report_begins_with_an_unsafe_initial_state() {
     assert!(first < shown.find("Model").expect("the sizes"), "{shown}");
     assert!(shown.contains("at=3  by slide") && shown.contains("at=4  violated"), "{shown}");
     assert!(shown.contains("unsafe: no strategy keeps the requirements"), "{shown}");
-    let shown = run("reach models/pond.prism --target at=5 --require G(!at=4)").expect(0).stdout;
-    assert!(shown.contains("No strategy keeps the requirements from at=3"), "{shown}");
+    run("reach models/pond.prism --target at=5 --require G(!at=4)")
+        .prints(0, "No strategy keeps the requirements from at=3");
 }
 
 #[test]
@@ -201,7 +198,7 @@ fn a_step_between_unsafe_states_is_not_called_improving() {
 fn a_report_names_unsafe_cells_counts_them_and_says_first_that_the_start_is_unsafe() {
     let scratch = Scratch::new(&[]);
     let out = scratch.show("page.html");
-    let shown = run(&format!("report models/pond.prism models/pond.pref --out {out}")).expect(0).stdout;
+    let shown = run!("report models/pond.prism models/pond.pref --out {out}").expect(0).stdout;
     let first = shown.find("No strategy keeps the requirements from at=3").expect("the path");
     assert!(
         shown.find("No strategy keeps the requirements.").is_some_and(|verdict| first < verdict),
@@ -211,8 +208,9 @@ fn a_report_names_unsafe_cells_counts_them_and_says_first_that_the_start_is_unsa
     assert!(page.contains("× unsafe") && page.contains("data-value=\"×\""), "{page}");
     assert!(page.contains("unsafe: no strategy keeps the requirements"), "{page}");
     assert!(page.contains("<p class=\"headline\">No strategy keeps the requirements.</p>"), "{page}");
-    let svg = run("report models/pond.prism models/pond.pref --format svg --picture spi").expect(0).stdout;
-    assert!(svg.contains("× unsafe") && svg.contains("data-value=\"×\""), "{svg}");
+    run("report models/pond.prism models/pond.pref --format svg --picture spi")
+        .prints(0, "× unsafe")
+        .shows("data-value=\"×\"");
 }
 
 #[test]
@@ -227,7 +225,7 @@ fn the_values_of_all_states_name_the_unsafe_ones() {
     }
     let scratch = Scratch::new(&[]);
     let out = scratch.show("values.csv");
-    run(&format!("values models/pond.prism models/pond.pref --all --csv {out}")).expect(0);
+    run!("values models/pond.prism models/pond.pref --all --csv {out}").expect(0);
     let csv = std::fs::read_to_string(out).unwrap();
     let mut lines = csv.lines();
     assert!(lines.next().unwrap().ends_with(",unsafe"), "{csv}");

@@ -3,9 +3,8 @@
 
 use serde_json::{Map, Value};
 
-use crate::cli::common::{Finished, Scratch, meliora};
 use crate::cli::models::{MODELS, given};
-use crate::common::amount::takes;
+use crate::common::prelude::*;
 
 /// The settings that every model is asked under; FILE is an order that nobody would choose.
 const SETTINGS: &[&str] = &[
@@ -27,7 +26,7 @@ const ABOUT_THE_WORK: &[&str] = &["time", "memory", "engine", "engine_reason", "
 
 /// Returns the report of a command without the fields about the work, such as times and memory.
 fn answer(command: &str, options: &[&str]) -> Map<String, Value> {
-    let mut run = meliora();
+    let mut run = executable();
     run.args(command.split(' ')).args(options).args(["--json", "--quiet"]);
     let Value::Object(mut report) = Finished::of(&mut run).expect(0).json() else { panic!("no object") };
     ABOUT_THE_WORK.iter().for_each(|key| {
@@ -38,7 +37,7 @@ fn answer(command: &str, options: &[&str]) -> Map<String, Value> {
 
 /// All bits from the least significant ones of all variables up to the most significant ones.
 fn scattered(model: &str, constants: &str) -> String {
-    let mut run = meliora();
+    let mut run = executable();
     run.args(["info", model, "--json", "--quiet"]).args(constants.split_whitespace());
     let info = Finished::of(&mut run).expect(0).json();
     let mut bits: Vec<String> =

@@ -2,7 +2,7 @@
 
 use meliora::export::read_shield;
 
-use crate::cli::common::{Scratch, run};
+use crate::cli::common::Scratch;
 
 const WORLD: &str = "mdp
 module world
@@ -21,7 +21,7 @@ label \"crash\" = s=3;
 
 /// Returns the names of the permitted actions in the initial state.
 fn permitted(scratch: &Scratch, options: &str) -> Vec<String> {
-    let report = run(&format!("shield {} --json {options}", scratch.show("w.prism"))).expect(0).json();
+    let report = run!("shield {} --json {options}", scratch.show("w.prism")).expect(0).json();
     let actions = report["states"][0]["actions"].as_array().unwrap().clone();
     let permitted = actions.iter().filter(|action| action["permitted"] == true);
     permitted.map(|action| action["action"].as_str().unwrap().to_owned()).collect()
@@ -73,7 +73,7 @@ fn shield_expressions_of_tempest_have_thresholds_on_their_values() {
         ("Pmax=?[G!\"crash\"] --threshold 1.5", "expected a number between 0 and 1"),
         ("Pmax=?[G!\"crash\"] --threshold 1 --states 3", "more than the 3 that are wanted"),
     ] {
-        let found = run(&format!("shield {} --property {options}", scratch.show("w.prism")));
+        let found = run!("shield {} --property {options}", scratch.show("w.prism"));
         found.says(message);
     }
 }
@@ -84,7 +84,7 @@ fn every_choice_has_its_value_in_the_table_and_in_the_directory() {
     let scratch = Scratch::new(&[("w.prism", WORLD)]);
     let (model, out) = (scratch.show("w.prism"), scratch.path("shield"));
     let options = format!("--property Pmin=?[F\"crash\"] --threshold 0.8 --out {} --csv -", out.display());
-    let table = run(&format!("shield {model} {options}")).expect(0).stdout;
+    let table = run!("shield {model} {options}").expect(0).stdout;
     let expected = "s,action,value_lower,value_upper,permitted,instead\n1,go(world#1),0,0,true,\n";
     let rows: Vec<&str> = table.lines().collect();
     assert_eq!(rows.len(), 1 + 8, "{table}");
@@ -107,7 +107,7 @@ fn every_choice_has_its_value_in_the_table_and_in_the_directory() {
 fn the_shield_of_a_formula_with_memory_knows_what_the_path_has_done() {
     let scratch = Scratch::new(&[("w.prism", WORLD)]);
     let property = "--property Pmax=?[(F(s=2&X(s=0)))&(G!\"crash\")] --threshold 0.5";
-    let report = run(&format!("shield {} --json {property}", scratch.show("w.prism"))).expect(0).json();
+    let report = run!("shield {} --json {property}", scratch.show("w.prism")).expect(0).json();
     let states = report["states"].as_array().unwrap();
     assert!(states.len() > 4 && report["property"].as_str().unwrap().contains("X("));
     let first = &states[0]["actions"];

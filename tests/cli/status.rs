@@ -1,6 +1,6 @@
 //! Exit statuses: the contract that scripts rely on.
 
-use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, meliora, run};
+use crate::cli::common::{Finished, LONG, LONG_PREFS, Scratch, executable, run};
 
 #[test]
 fn work_that_is_done_ends_with_0() {
@@ -12,8 +12,8 @@ fn work_that_is_done_ends_with_0() {
 
 #[test]
 fn help_and_version_go_to_stdout_with_0() {
-    assert!(run("--help").expect(0).stdout.contains("Usage"));
-    assert!(run("check --help").expect(0).stdout.contains("--safety"));
+    run("--help").prints(0, "Usage");
+    run("check --help").prints(0, "--safety");
     let version = run("--version").expect(0).stdout;
     assert!(version.starts_with("meliora "), "{version}");
     for part in ["\ncommit ", "\nfeatures cli, output, supervise\n", "\noxidd 0."] {
@@ -56,20 +56,18 @@ fn wrong_usage_ends_with_2_and_nothing_on_stdout() {
 
 #[test]
 fn an_option_that_makes_no_sense_is_refused_by_name() {
-    let refused = run("check models/toy.prism models/toy.pref --engine explicit --order declared").expect(2);
-    assert!(refused.stderr.contains("--order"), "{}", refused.stderr);
-    let refused = run("reach models/toy.prism --target s=1 --safety action").expect(2);
-    assert!(refused.stderr.contains("--safety"), "{}", refused.stderr);
+    run("check models/toy.prism models/toy.pref --engine explicit --order declared").ends(2, "--order");
+    run("reach models/toy.prism --target s=1 --safety action").ends(2, "--safety");
 }
 
 #[test]
 fn files_that_cannot_be_read_end_with_3_and_are_named() {
     let scratch = Scratch::new(&[]);
-    std::fs::write(scratch.path("bytes.prism"), b"mdp \xff\xfe").unwrap();
+    scratch.write("bytes.prism", b"mdp \xff\xfe");
     for file in ["missing.prism", "bytes.prism", "."] {
         let path = scratch.show(file);
-        let finished = run(&format!("info {path}")).expect(3);
-        assert!(finished.stderr.contains(&path), "{}", finished.stderr);
+        let finished = run!("info {path}").expect(3);
+        finished.says(&path);
         assert_eq!(finished.stdout, "");
     }
     run("check models/toy.prism missing.pref").expect(3);
@@ -81,9 +79,9 @@ fn a_wrong_model_ends_with_3_and_shows_the_place() {
         "m.prism",
         "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<2 -> (x'=y+1);\nendmodule\n",
     )]);
-    let finished = run(&format!("info {}", scratch.show("m.prism"))).expect(3);
-    assert!(finished.stderr.contains("m.prism:4:"), "{}", finished.stderr);
-    assert!(finished.stderr.contains("[] x<2 -> (x'=y+1);"), "{}", finished.stderr);
+    let finished = run!("info {}", scratch.show("m.prism")).expect(3);
+    finished.says("m.prism:4:");
+    finished.says("[] x<2 -> (x'=y+1);");
 }
 
 #[test]
@@ -93,8 +91,7 @@ fn an_update_out_of_range_names_an_example_state() {
         "mdp\nmodule m\n  x : [0..2] init 0;\n  [] x<=2 -> (x'=x+1);\nendmodule\n",
     )]);
     for engine in ["symbolic", "explicit"] {
-        let finished = run(&format!("info {} --engine {engine}", scratch.show("m.prism"))).expect(3);
-        assert!(finished.stderr.contains("x=2"), "{}", finished.stderr);
+        run!("info {} --engine {engine}", scratch.show("m.prism")).ends(3, "x=2");
     }
 }
 
@@ -102,19 +99,18 @@ fn an_update_out_of_range_names_an_example_state() {
 fn constants_that_are_unknown_or_missing_end_with_3() {
     let scratch = Scratch::new(&[("long.prism", LONG)]);
     let path = scratch.show("long.prism");
-    run(&format!("info {path} -c N=5")).expect(0);
-    let missing = run(&format!("info {path}")).expect(3);
+    run!("info {path} -c N=5").expect(0);
+    let missing = run!("info {path}").expect(3);
     assert!(missing.stderr.contains('N'), "{}", missing.stderr);
-    let unknown = run(&format!("info {path} -c N=5,M=2")).expect(3);
+    let unknown = run!("info {path} -c N=5,M=2").expect(3);
     assert!(unknown.stderr.contains('M'), "{}", unknown.stderr);
-    run(&format!("info {path} -c N=five")).expect(3);
-    run(&format!("info {path} -c N=5 -c N=6")).expect(3);
+    run!("info {path} -c N=five").expect(3);
+    run!("info {path} -c N=5 -c N=6").expect(3);
 }
 
 #[test]
 fn a_wrong_target_ends_with_3_and_names_the_option() {
-    let finished = run("reach models/toy.prism --target s=").expect(3);
-    assert!(finished.stderr.contains("--target"), "{}", finished.stderr);
+    run("reach models/toy.prism --target s=").ends(3, "--target");
     run("reach models/toy.prism --target nobody").expect(3);
     run("reach models/toy.prism --target s+1").expect(3);
 }
@@ -122,8 +118,8 @@ fn a_wrong_target_ends_with_3_and_names_the_option() {
 #[test]
 fn a_wrong_order_file_ends_with_3() {
     let scratch = Scratch::new(&[("order", "nobody\n"), ("good", "s\n")]);
-    run(&format!("info models/toy.prism --order {}", scratch.show("order"))).expect(3);
-    run(&format!("info models/toy.prism --order {}", scratch.show("good"))).expect(0);
+    run!("info models/toy.prism --order {}", scratch.show("order")).expect(3);
+    run!("info models/toy.prism --order {}", scratch.show("good")).expect(0);
     run("info models/toy.prism --order nowhere").expect(3);
 }
 
@@ -137,7 +133,7 @@ fn too_little_memory_ends_with_4_or_works_but_never_panics() {
             let finished = run(&arguments);
             assert!([0, 4].contains(&finished.status), "{finished:#?}");
             if finished.status == 4 {
-                assert!(finished.stderr.contains("--memory"), "{}", finished.stderr);
+                finished.says("--memory");
             }
         }
     }
@@ -149,17 +145,19 @@ fn the_explicit_engine_says_how_many_states_fitted_its_memory() {
     let (model, preferences) = (scratch.show("long.prism"), scratch.show("long.pref"));
     for scope in ["reachable", "all"] {
         let arguments = format!("check {model} {preferences} -c N=1000 --engine explicit --scope {scope}");
-        let finished = run(&format!("{arguments} --memory 14MiB")).expect(4);
-        assert!(finished.stderr.contains("states reached so far"), "{}", finished.stderr);
+        run!("{arguments} --memory 14MiB").ends(4, "states reached so far");
     }
 }
 
 #[test]
 fn a_property_is_answered() {
     let answers = |property: &str, holds: bool| {
-        let mut command = meliora();
-        command.args(["reach", "models/toy.prism", "--json", "--property", property]);
-        assert_eq!(Finished::of(&mut command).expect(i32::from(!holds)).json()["holds"], holds);
+        assert_eq!(
+            Finished::of(executable().args(["reach", "models/toy.prism", "--json", "--property", property]))
+                .expect(i32::from(!holds))
+                .json()["holds"],
+            holds
+        );
     };
     answers("Pmax>=1 [ F s=1 ]", true);
     answers("P>=1 [ F s=1 ]", false);
@@ -177,7 +175,7 @@ fn the_time_limit_is_kept() {
             scratch.show("long.pref")
         );
         let finished = run(&arguments).expect(4);
-        assert!(finished.stderr.contains("--timeout"), "{}", finished.stderr);
+        finished.says("--timeout");
         let report = finished.json();
         assert_eq!(report["schema"], "meliora.check/1");
         assert_eq!(report["complete"], false);

@@ -1,8 +1,6 @@
 //! `reach --stop-at-target`: the states behind those that decide the question are not explored.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// Each step before 3 may go wrong and lead to 5. From both, a long way leads to 20.
 const MODEL: &str = "mdp\nmodule m\n x : [0..20] init START;\n\
@@ -14,7 +12,7 @@ fn asked(model: &str, more: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", model), ("m.props", "P>=1 [ F x=4 ];\n")]);
     let file = scratch.show("m.props");
     let more = more.iter().map(|word| if *word == "FILE" { &file } else { *word });
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(more))
+    scratch.ask("reach m.prism", more)
 }
 
 fn stopped(model: &str, more: &[&str], status: i32) -> Json {

@@ -1,8 +1,6 @@
 //! Sweeps over constants: rows, files, parts, resumed runs.
 
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 const MODEL: &str = "mdp\nconst int N;\nconst int K;\nmodule m\n x : [0..N] init 0;\n\
     [a] x<N -> 0.5: (x'=x+1) + 0.5: (x'=max(x-K,0));\n [b] x>0 -> (x'=0);\nendmodule\n";
@@ -13,13 +11,12 @@ fn scratch() -> Scratch {
 }
 
 fn sweep(scratch: &Scratch, arguments: &[&str]) -> Finished {
-    let (model, prefs) = (scratch.show("m.prism"), scratch.show("m.pref"));
-    Finished::of(meliora().args(["check", &model, &prefs]).args(arguments))
+    scratch.ask("check m.prism m.pref", arguments)
 }
 
 /// The rows of a file without the columns that differ from run to run.
 fn rows(scratch: &Scratch, name: &str) -> Vec<String> {
-    let text = std::fs::read_to_string(scratch.path(name)).unwrap();
+    let text = scratch.read(name);
     let header: Vec<&str> = text.lines().next().unwrap().split(',').collect();
     let kept = |line: &str| {
         let cells = header.iter().zip(line.split(','));
@@ -70,16 +67,16 @@ fn parts_together_have_the_rows_of_the_whole_and_a_resumed_file_is_the_same() {
     // Rows are in the order of the instances at the end, whichever of the two jobs was faster.
     assert_eq!(joined, whole);
     // As if it had ended in the middle.
-    let text = std::fs::read_to_string(scratch.path("whole.csv")).unwrap();
+    let text = scratch.read("whole.csv");
     let half: String = text.split_inclusive('\n').take(4).collect();
-    std::fs::write(scratch.path("half.csv"), &half).unwrap();
+    scratch.write("half.csv", &half);
     let shown = run("half.csv", &["--resume"]).stdout;
     assert_eq!(shown.lines().count(), 5, "three instances were left: {shown}");
-    let resumed = std::fs::read_to_string(scratch.path("half.csv")).unwrap();
+    let resumed = scratch.read("half.csv");
     assert!(resumed.starts_with(&half), "rows that were there stay as they are");
     assert_eq!(rows(&scratch, "half.csv"), whole);
     run("half.csv", &["--resume"]);
-    assert_eq!(std::fs::read_to_string(scratch.path("half.csv")).unwrap(), resumed);
+    assert_eq!(scratch.read("half.csv"), resumed);
 }
 
 /// Imitates a process that was killed while it wrote a row: the row is computed again.
@@ -96,8 +93,8 @@ fn reports_of_parallel_instances_are_in_the_order_of_the_instances() {
 
 #[test]
 fn ranges_that_are_too_long_are_refused_by_their_limit() {
-    let refused = sweep(&scratch(), &["-c", "N=0:1000000,K=1"]).expect(2).stderr;
-    assert!(refused.contains("a range has at most 1000000 values, and this one has 1000001"), "{refused}");
+    sweep(&scratch(), &["-c", "N=0:1000000,K=1"])
+        .ends(2, "a range has at most 1000000 values, and this one has 1000001");
 }
 
 #[test]
@@ -152,14 +149,14 @@ fn what_goes_wrong_in_one_instance_ends_its_row_only() {
 fn mistakes_are_told_before_anything_runs() {
     let scratch = scratch();
     let csv = scratch.show("other.csv");
-    std::fs::write(scratch.path("other.csv"), "A,B\n1,2\n").unwrap();
+    scratch.write("other.csv", "A,B\n1,2\n");
     for wrong in ["N=3:1,K=1", "N=1:0:3,K=1", "N={},K=1"] {
         sweep(&scratch, &["-c", wrong]).expect(2);
     }
     sweep(&scratch, &["-c", "N=1:2,K=1", "--resume"]).expect(2);
     let other = sweep(&scratch, &["-c", "N=1:2,K=1", "--csv", &csv, "--resume"]).expect(3);
-    assert!(other.stderr.contains("not the header of this sweep"), "{}", other.stderr);
-    assert_eq!(std::fs::read_to_string(scratch.path("other.csv")).unwrap(), "A,B\n1,2\n");
+    other.says("not the header of this sweep");
+    assert_eq!(scratch.read("other.csv"), "A,B\n1,2\n");
 }
 
 #[test]
@@ -167,14 +164,14 @@ fn a_file_with_two_rows_for_one_instance_is_not_resumed() {
     let scratch = scratch();
     let csv = scratch.show("rows.csv");
     sweep(&scratch, &["-c", "N=1:2,K=1", "--csv", &csv]).expect(0);
-    let complete = std::fs::read_to_string(scratch.path("rows.csv")).unwrap();
+    let complete = scratch.read("rows.csv");
     let first = complete.lines().nth(1).unwrap();
     let twice = format!("{complete}{first}\n");
-    std::fs::write(scratch.path("rows.csv"), &twice).unwrap();
+    scratch.write("rows.csv", &twice);
     let refused = sweep(&scratch, &["-c", "N=1:3,K=1", "--csv", &csv, "--resume"]).expect(3);
-    assert!(refused.stderr.contains("this row has the constants of an earlier row"), "{}", refused.stderr);
-    assert!(refused.stderr.contains("rows.csv:4:1"), "{}", refused.stderr);
-    assert_eq!(std::fs::read_to_string(scratch.path("rows.csv")).unwrap(), twice);
+    refused.says("this row has the constants of an earlier row");
+    refused.says("rows.csv:4:1");
+    assert_eq!(scratch.read("rows.csv"), twice);
 }
 
 #[test]
@@ -182,11 +179,11 @@ fn reach_and_compare_sweep_too() {
     let scratch = scratch();
     let (model, prefs, csv) = (scratch.show("m.prism"), scratch.show("m.pref"), scratch.show("r.csv"));
     let reach = ["reach", &model, "--target", "x=N", "-c", "N=1:2,K=1", "--csv", &csv];
-    Finished::of(meliora().args(reach)).expect(0);
+    Finished::of(executable().args(reach)).expect(0);
     assert_eq!(rows(&scratch, "r.csv")[0].split(',').nth(6), Some("pmax_one"));
     assert_eq!(rows(&scratch, "r.csv").len(), 3);
     let compare = ["compare", &model, &prefs, "-c", "N=1:2", "-c", "K=1", "--json"];
-    let found = Finished::of(meliora().args(compare)).expect(0).json();
+    let found = Finished::of(executable().args(compare)).expect(0).json();
     assert_eq!(found["runs"][1]["result"]["equal"], true);
 }
 
@@ -204,7 +201,7 @@ fn sweeps_of_games_check_for_each_coalition() {
     let csv = scratch.show("all.csv");
     let check = |more: &[&str]| {
         let fixed = ["check", "models/pursuit.prism", "models/pursuit.pref", "--coalition"];
-        Finished::of(meliora().args([&fixed, more].concat()))
+        Finished::of(executable().args([&fixed, more].concat()))
     };
     let swept = |coalition: &str| {
         check(&[coalition, "-c", "N=3:5", "--jobs", "2", "--csv", &csv]).expect(0);
@@ -244,7 +241,7 @@ fn sweeps_of_games_answer_properties_of_coalitions() {
 }
 
 fn reach(scratch: &Scratch, arguments: &[&str]) -> Finished {
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(arguments))
+    scratch.ask("reach m.prism", arguments)
 }
 
 /// The cells of the columns with these names, row by row.
@@ -291,23 +288,19 @@ fn a_plot_shows_each_result_over_the_first_constant() {
     let (plot, csv, props) = (scratch.show("p.svg"), scratch.show("r.csv"), scratch.show("m.props"));
     let ranges = ["-c", "N=1:4,K=1:2", "--properties", &props, "--plot", &plot, "--csv", &csv];
     reach(&scratch, &ranges).expect(1);
-    let drawn = std::fs::read_to_string(scratch.path("p.svg")).unwrap();
+    let drawn = scratch.read("p.svg");
     assert_eq!(drawn.matches("<g class=\"curve\">").count(), 10, "five panels with two curves");
     assert!(drawn.contains("<title>N=1, K=2: 0.996094</title>"), "{drawn}");
     assert_eq!(drawn.matches("<circle").count(), 4 * 8 + 2, "unanswered properties have no points");
     // A resumed sweep draws the rows of the file, too.
-    let again = reach(&scratch, &[&ranges[..], &["--resume"]].concat()).expect(1);
-    assert!(again.stderr.contains("all 8 instances have a row in the file"), "{}", again.stderr);
-    assert_eq!(std::fs::read_to_string(scratch.path("p.svg")).unwrap(), drawn);
+    reach(&scratch, &[&ranges[..], &["--resume"]].concat()).ends(1, "all 8 instances have a row in the file");
+    assert_eq!(scratch.read("p.svg"), drawn);
     for (wrong, reason) in [("p.png", ".svg"), ("m.prism.svg/x.svg", "does not exist")] {
-        let refused =
-            reach(&scratch, &["-c", "N=1:2,K=1", "--target", "x=N", "--plot", &scratch.show(wrong)]);
-        assert!(refused.stderr.contains(reason), "{}", refused.stderr);
+        reach(&scratch, &["-c", "N=1:2,K=1", "--target", "x=N", "--plot", &scratch.show(wrong)]).says(reason);
     }
-    let one = reach(&scratch, &["-c", "N=1,K=1", "--target", "x=N", "--plot", &plot]).expect(2);
-    assert!(one.stderr.contains("give one a range"), "{}", one.stderr);
+    reach(&scratch, &["-c", "N=1,K=1", "--target", "x=N", "--plot", &plot]).ends(2, "give one a range");
     sweep(&scratch, &["-c", "N=2:4,K=1", "--plot", &plot]).expect(0);
-    let drawn = std::fs::read_to_string(scratch.path("p.svg")).unwrap();
+    let drawn = scratch.read("p.svg");
     assert!(["sasi_rank", "spi_rank", "sasi_1", "spi_1"].iter().all(|name| drawn.contains(name)), "{drawn}");
 }
 
@@ -332,7 +325,7 @@ fn what_is_wrong_in_every_instance_is_told_once_before_the_first() {
     assert_eq!((told.stderr.matches("error: ").count(), &*told.stdout), (1, ""), "{}", told.stderr);
     // What only some instances refuse is in their rows.
     let model = MODEL.replace("mdp", "mdp\nconst double q = 2-N;");
-    std::fs::write(scratch.path("m.prism"), model).unwrap();
+    scratch.write("m.prism", model);
     for (values, status) in [("N={0,2}", ["error", "done"]), ("N={2,0}", ["done", "error"])] {
         let constants = format!("{values},K=1");
         reach(&scratch, &["-c", &constants, "--csv", &csv, "--property", "Pmax>=q [ F x=0 ]"]).expect(0);
@@ -350,7 +343,7 @@ fn fractions_are_swept_and_shown_as_they_are_given() {
     let found = columns(&scratch, "r.csv", &["p", "status"]);
     assert_eq!(found, [["1/3", "done"], ["2/3", "done"], ["1.0", "done"]]);
     let one = |more: &[&str]| reach(&scratch, &[more, &asked[..]].concat()).expect(0);
-    assert!(one(&["-c", "p=1/3"]).stdout.contains(", p=1/3\n"));
+    one(&["-c", "p=1/3"]).shows(", p=1/3\n");
     let found = one(&["-c", "p=2/6", "--json"]).json();
     assert_eq!(found["model"]["exact_constants"], json!({"p": "1/3"}));
     assert_eq!(found["model"]["constants"], json!({"p": 0.333_333_333_333_333_3}));
@@ -366,13 +359,14 @@ fn the_status_of_a_resumed_sweep_is_that_of_all_rows() {
     let scratch = Scratch::new(&[]);
     let file = scratch.show("all.csv");
     let sweep = |property: &str, range: &str, more: &str| {
-        let arguments = ["reach", "models/chain.prism", "--property", property, "-c", range, "--csv", &file];
-        Finished::of(meliora().args(arguments).args(more.split_whitespace()))
+        scratch.ask(
+            format!("reach models/chain.prism --property '{property}' -c '{range}' --csv all.csv"),
+            more.split_whitespace(),
+        )
     };
     let (holds, fails) = ("P>=1 [ true U true ]", "P>=1 [ false U false ]");
     sweep(fails, "N=2:3", "").expect(1);
-    let again = sweep(fails, "N=2:3", "--resume").expect(1);
-    assert!(again.stderr.contains("nothing is left to run"), "{again:?}");
+    sweep(fails, "N=2:3", "--resume").ends(1, "nothing is left to run");
     sweep(fails, "N=2:4", "--resume").expect(1);
     std::fs::remove_file(&file).unwrap();
     sweep(holds, "N=2:3", "").expect(0);

@@ -1,12 +1,9 @@
 //! Whole strategies and runs as tables that other programs can follow.
 
-use std::collections::BTreeMap;
 use std::io::Read;
 use std::process::Stdio;
 
-use serde_json::Value;
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 type Row = BTreeMap<String, String>;
 
@@ -39,7 +36,7 @@ fn then(row: &Row) -> Vec<(f64, usize)> {
 #[test]
 fn a_table_of_the_whole_strategy_can_be_followed_without_the_program() {
     for (safety, most) in [("action", 6), ("prefix", 2)] {
-        let table = run(&format!("strategy {ROBOT} --safety {safety} --all --csv -")).expect(0).stdout;
+        let table = run!("strategy {ROBOT} --safety {safety} --all --csv -").expect(0).stdout;
         let nodes = nodes(&table);
         let level = |node: usize| nodes[&node][0]["level"].parse::<usize>().unwrap();
         let starts = nodes.values().filter(|own| own[0]["start"] == "true");
@@ -107,15 +104,15 @@ fn a_whole_strategy_beyond_the_limit_is_refused_with_its_number_of_states() {
     let scratch = Scratch::new(&[]);
     let out = scratch.show("all.csv");
     let drone = "models/drone.prism models/drone.pref";
-    let refused = run(&format!("strategy {drone} --all --limit 6 --csv {out}")).expect(4);
+    let refused = run!("strategy {drone} --all --limit 6 --csv {out}").expect(4);
     let message = "the scope has 7 states, more than `--limit 6`; `--limit 7` or more covers all";
-    assert!(refused.stderr.contains(message), "{refused:?}");
+    refused.says(message);
     assert!(!scratch.path("all.csv").exists());
-    let text = run(&format!("strategy {drone} --all --limit 7 --csv {out}")).expect(0).stdout;
-    assert!(text.contains("The table has 7 states, 7 with their memories."), "{text}");
+    run!("strategy {drone} --all --limit 7 --csv {out}")
+        .prints(0, "The table has 7 states, 7 with their memories.");
     assert_eq!(nodes(&std::fs::read_to_string(out).unwrap()).len(), 7);
     for other in ["--at at=1", "--rank 1", "--dot"] {
-        run(&format!("strategy {drone} --all {other}")).expect(2);
+        run!("strategy {drone} --all {other}").expect(2);
     }
 }
 
@@ -124,8 +121,7 @@ fn simulate_writes_its_runs_step_by_step() {
     let options = format!("{ROBOT} --kind plan --safety action --at r=2,c=2,b=8 --runs 50 --seed 7");
     let scratch = Scratch::new(&[]);
     let (file, statistics) = (scratch.show("runs.csv"), scratch.show("statistics.csv"));
-    let report =
-        run(&format!("simulate {options} --json --csv {file} --statistics {statistics}")).expect(0).json();
+    let report = run!("simulate {options} --json --csv {file} --statistics {statistics}").expect(0).json();
     let play = &report["plays"][0];
     let text = std::fs::read_to_string(file).unwrap();
     assert!(text.starts_with("start,run,step,r,c,b,d,e,f,ch,action,probability,most_preferred,rank,event\n"));
@@ -151,7 +147,7 @@ fn simulate_writes_its_runs_step_by_step() {
         assert!((0..).zip(run).all(|(step, row)| row["step"] == step.to_string()), "{run:?}");
         assert_eq!((&*run[0]["r"], &*run[0]["c"], &*run[0]["b"], &*run[0]["action"]), ("2", "2", "8", ""));
     }
-    let trace: &Value = &play["trace"];
+    let trace: &Json = &play["trace"];
     let shown = &runs[&trace["play"].as_u64().unwrap()];
     for (turn, row) in trace["turns"].as_array().unwrap().iter().zip(&shown[1..]) {
         assert_eq!(
@@ -160,12 +156,7 @@ fn simulate_writes_its_runs_step_by_step() {
         );
     }
     assert!(std::fs::read_to_string(statistics).unwrap().contains(",rank,improvements,runs,steps_least,"));
-    assert!(
-        run(&format!("simulate {options} --csv - --statistics -"))
-            .expect(2)
-            .stderr
-            .contains("give one a file")
-    );
+    assert!(run!("simulate {options} --csv - --statistics -").expect(2).stderr.contains("give one a file"));
 }
 
 #[test]
@@ -177,7 +168,7 @@ fn a_table_that_ends_early_is_not_written() {
     let model = format!("{} {} -c N=40", scratch.show("m.prism"), scratch.show("m.pref"));
     let command =
         format!("simulate {model} --kind spi --runs 100000000 --timeout 1s --csv {}", out.display());
-    let ended = Finished::of(meliora().args(command.split_whitespace()));
+    let ended = Finished::of(executable().args(command.split_whitespace()));
     assert_eq!((ended.status, std::fs::read_to_string(&out).unwrap().as_str()), (4, "old"), "{ended:?}");
     assert_eq!(std::fs::read_dir(scratch.path("")).unwrap().count(), 3);
 }
@@ -219,8 +210,11 @@ fn what_a_limit_leaves_of_a_whole_strategy_adds_up() {
         (first, found.next().unwrap(), found.next().unwrap_or(0))
     };
     let mut stopped = 0;
-    for limit in ["--timeout 100ms", "--timeout 400ms", "--timeout 1s", "--memory 8MiB --timeout 2s"] {
-        let text = run(&format!("{FLEET} {limit}"));
+    for limit in ["--memory 8MiB --timeout 2s", "--timeout 100ms", "--timeout 400ms", "--timeout 1s"] {
+        if stopped == 2 {
+            break;
+        }
+        let text = run!("{FLEET} {limit}");
         if text.status == 0 || !text.stdout.contains("before the work stopped") {
             continue;
         }
@@ -229,7 +223,7 @@ fn what_a_limit_leaves_of_a_whole_strategy_adds_up() {
         assert_eq!(states + more, text.stdout.matches("\n  Node ").count(), "{limit}");
         assert!(states == all || more == 0, "{limit}: all states come first");
         assert!(!text.stderr.contains("`values`"), "{limit}: {}", text.stderr);
-        let table = run(&format!("{FLEET} {limit} --csv {file}"));
+        let table = run!("{FLEET} {limit} --csv {file}");
         // A slower run may end before it has a state.
         let text = &table.stdout;
         let has_states = text.contains("before the work stopped") && !text.contains("\n0 of 32,768 states");
@@ -240,15 +234,15 @@ fn what_a_limit_leaves_of_a_whole_strategy_adds_up() {
     assert!(stopped > 0, "no run was stopped while it wrote states");
     // Six states, and twice as many with their memories.
     let robot = format!("strategy {ROBOT} --kind plan --all");
-    let whole = run(&format!("{robot} --json")).expect(0).json();
+    let whole = run!("{robot} --json").expect(0).json();
     let (asked, nodes) = (whole["asked"].as_str().unwrap(), whole["states"].as_array().unwrap().len());
     assert!(nodes > asked.parse().unwrap(), "{asked} {nodes}");
     let limit = nodes - 1;
-    let text = run(&format!("{robot} --limit {limit}")).expect(4);
+    let text = run!("{robot} --limit {limit}").expect(4);
     let (states, all, more) = numbers(&text.stdout);
     assert_eq!((states.to_string(), states), (asked.to_owned(), all));
     assert_eq!(states + more, text.stdout.matches("\n  Node ").count());
-    assert!(text.stderr.contains("`answer`"), "{}", text.stderr);
-    let json = run(&format!("{robot} --limit {limit} --json")).expect(4).json();
+    text.says("`answer`");
+    let json = run!("{robot} --limit {limit} --json").expect(4).json();
     assert_eq!((&json["asked"], json["states"].as_array().unwrap().len()), (&asked.into(), states + more));
 }

@@ -1,10 +1,6 @@
 //! Temporal properties and objectives.
 
-use std::fs;
-
-use serde_json::{Value as Json, json};
-
-use crate::cli::common::{Finished, Scratch, meliora};
+use crate::common::prelude::*;
 
 /// Two places of which one is left for good, and a coin.
 const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [go] x=0 -> 0.5: (x'=1) + 0.5: (x'=2);\n\
@@ -12,7 +8,7 @@ const MODEL: &str = "mdp\nmodule m\n x : [0..3] init 0;\n [go] x=0 -> 0.5: (x'=1
 
 fn reach(arguments: &[&str]) -> Finished {
     let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    Finished::of(meliora().args(["reach", &scratch.show("m.prism")]).args(arguments))
+    scratch.ask("reach m.prism", arguments)
 }
 
 #[test]
@@ -46,19 +42,18 @@ fn several_properties_are_answered_in_their_order() {
     let holds: Vec<&Json> = all.iter().map(|p| &p["holds"]).collect();
     assert_eq!(holds, [&json!(false), &json!(false), &json!(true)]);
     assert_eq!(found.get("file"), None);
-    let shown = reach(&asked).expect(1).stdout;
-    assert!(shown.contains("P>0 [ G F x=0 ]") && shown.contains("does not hold"), "{shown}");
+    reach(&asked).prints(1, "P>0 [ G F x=0 ]").shows("does not hold");
 }
 
 #[test]
 fn a_property_file_has_temporal_formulas_too() {
     let properties = "\"often\": Pmax>0 [ G x<3 ];\nP>=1 [ F x=3 ]\n\"mixed\": Pmax>0 [ (x=0) U (G x=3) ];\n";
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", properties)]);
-    let (model, file) = (scratch.show("m.prism"), scratch.show("m.props"));
     for engine in ["symbolic", "explicit"] {
-        let mut command = meliora();
-        command.args(["reach", &model, "--properties", &file, "--engine", engine, "--json"]);
-        let asked = Finished::of(&mut command).expect(1).json();
+        let asked = scratch
+            .run(format!("reach m.prism --properties m.props --engine {engine} --json"))
+            .expect(1)
+            .json();
         assert_eq!(asked["properties"][0]["holds"], json!(true));
         assert_eq!(asked["properties"][1]["holds"], json!(false));
         assert_eq!(asked["properties"][2]["holds"], json!(true));
@@ -80,9 +75,9 @@ fn bad_formulas_are_refused_at_their_place() {
     ] {
         let property = format!("P>=1 [ {formula} ]");
         let found = reach(&["--property", &property]).expect(3);
-        assert!(found.stderr.contains(word), "{formula}: {}", found.stderr);
+        found.says(word);
         let place = format!("--property:1:{column}");
-        assert!(found.stderr.contains(&place), "{formula}: {}", found.stderr);
+        found.says(&place);
     }
 }
 
@@ -104,8 +99,8 @@ fn huge_formulas_end_with_a_status() {
         assert!(found.contains(&named), "{found}");
     }
     let many = |n| (0..n).map(|i| format!("((G F x={i}) | (F G x>{i}))")).collect::<Vec<_>>().join(" & ");
-    let found = reach(&["--property", &format!("P>=1 [ {} ]", many(9))]).expect(3).stderr;
-    assert!(found.contains("the formula has more than 64 cases over its"), "{found}");
+    reach(&["--property", &format!("P>=1 [ {} ]", many(9))])
+        .ends(3, "the formula has more than 64 cases over its");
 }
 
 /// A corridor with two items; `seen` remembers them by hand.
@@ -139,7 +134,7 @@ fn history_play_is_memory_written_by_hand() {
                 let (model, preferences) = (scratch.show(model), scratch.show(preferences));
                 let arguments =
                     ["check", &model, &preferences, "--safety", safety, "--engine", engine, "--json"];
-                Finished::of(meliora().args(arguments)).expect(0).json()
+                Finished::of(executable().args(arguments)).expect(0).json()
             };
             let (hand, play) = (check("memory.prism", "hand.pref"), check("plain.prism", "play.pref"));
             assert_eq!(play["history"], json!("play"));
@@ -161,7 +156,7 @@ fn both_engines_agree_on_the_temporal_models() {
         for safety in ["action", "transition", "prefix"] {
             for scope in ["reachable", "all"] {
                 let files = [format!("models/{model}.prism"), format!("models/{model}.pref")];
-                let mut command = meliora();
+                let mut command = executable();
                 command.args(["compare", &files[0], &files[1], "--safety", safety, "--scope", scope]);
                 if !constants.is_empty() {
                     command.args(["--const", constants]);
@@ -174,15 +169,12 @@ fn both_engines_agree_on_the_temporal_models() {
 
 #[test]
 fn states_of_monitors_are_named_in_words() {
-    let shown =
-        Finished::of(meliora().args(["check", "models/courier.prism", "models/courier.pref"])).expect(0);
-    assert!(shown.stdout.contains("Deliver=waiting for key"), "{}", shown.stdout);
+    run("check models/courier.prism models/courier.pref").prints(0, "Deliver=waiting for key");
     let at = "place=0,Deliver=\"waiting for door\"";
     let arguments = ["strategy", "models/courier.prism", "models/courier.pref", "--kind", "spi", "--at", at];
-    let shown = Finished::of(meliora().args(arguments)).expect(0);
-    assert!(shown.stdout.contains("Deliver=waiting for door"), "{}", shown.stdout);
-    let drawn = Finished::of(meliora().args(arguments).arg("--dot")).expect(0);
-    assert!(drawn.stdout.contains("Deliver=waiting for door, Clean=kept so far"), "{}", drawn.stdout);
+    Finished::of(executable().args(arguments)).prints(0, "Deliver=waiting for door");
+    Finished::of(executable().args(arguments).arg("--dot"))
+        .prints(0, "Deliver=waiting for door, Clean=kept so far");
 }
 
 #[test]
@@ -196,8 +188,8 @@ fn many_leaves_are_many_small_monitors() {
         (leaves("(G x!=k)").join(" & "), "0", 1),
     ] {
         let property = format!("Pmax>=1 [ {property} ]");
-        let arguments = ["reach", &scratch.show("m.prism"), "--property", &property, "--json"];
-        let found = Finished::of(meliora().args(arguments)).expect(status).json();
+        let found =
+            scratch.run(format!("reach m.prism --property '{property}' --json")).expect(status).json();
         assert_eq!(found["pmax_one"], json!(sure), "{property}");
     }
 }
@@ -205,8 +197,7 @@ fn many_leaves_are_many_small_monitors() {
 #[test]
 fn info_shows_monitors() {
     let arguments = ["info", "models/courier.prism", "--preferences", "models/courier.pref"];
-    let shown = Finished::of(meliora().args(arguments)).expect(0).stdout;
-    assert!(shown.contains("{waiting for key, waiting for door, done}"), "{shown}");
+    Finished::of(executable().args(arguments)).prints(0, "{waiting for key, waiting for door, done}");
 }
 
 #[test]
@@ -220,9 +211,7 @@ fn history_state_takes_reachabilities_alone_and_is_said_once() {
         ("history = play; objective A = F x=0; require (x=0) U (G x=3);\n", "cannot be required"),
     ] {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("p.pref", text)]);
-        let (model, preferences) = (scratch.show("m.prism"), scratch.show("p.pref"));
-        let found = Finished::of(meliora().args(["check", &model, &preferences])).expect(3);
-        assert!(found.stderr.contains(word), "{text}: {}", found.stderr);
+        scratch.run("check m.prism p.pref").ends(3, word);
     }
 }
 
@@ -231,25 +220,22 @@ fn a_dump_of_whole_plays_is_verified() {
     let other = fs::read_to_string("models/courier.pref").unwrap().replace("G !", "F ");
     let scratch = Scratch::new(&[("other.pref", &other)]);
     let (dump, files) = (scratch.show("dump"), ["models/courier.prism", "models/courier.pref"]);
-    Finished::of(meliora().args(["export", files[0], files[1], "--out", &dump])).expect(0);
+    Finished::of(executable().args(["export", files[0], files[1], "--out", &dump])).expect(0);
     for (region, count) in [("almost-sure:Clean", "14"), ("secured:Clean:1 & target:Clean", "6")] {
-        let counted = Finished::of(meliora().args(["query", &dump, region, "--count"])).expect(0);
-        assert!(counted.stdout.contains(count), "{region}: {}", counted.stdout);
+        Finished::of(executable().args(["query", &dump, region, "--count"])).prints(0, count);
     }
-    let verified = Finished::of(meliora().args(["verify", &dump, files[0], files[1]])).expect(0);
-    assert!(verified.stdout.contains("secured:Clean:1"), "{}", verified.stdout);
-    Finished::of(meliora().args(["verify", &dump, files[0], &scratch.show("other.pref")])).expect(1);
+    Finished::of(executable().args(["verify", &dump, files[0], files[1]])).prints(0, "secured:Clean:1");
+    Finished::of(executable().args(["verify", &dump, files[0], &scratch.show("other.pref")])).expect(1);
 }
 
 #[test]
 fn states_are_read_as_they_are_printed() {
     let strategy = ["strategy", "models/courier.prism", "models/courier.pref", "--kind", "spi", "--at"];
-    let shown = Finished::of(meliora().args(strategy).arg("place=0,Deliver=waiting for door")).expect(0);
+    let shown = Finished::of(executable().args(strategy).arg("place=0,Deliver=waiting for door")).expect(0);
     let line = shown.stdout.lines().find_map(|line| line.strip_prefix("State ")).expect("a state is shown");
     assert!(line.contains("Deliver=waiting for door,Clean=kept so far"), "{line}");
-    let again = Finished::of(meliora().args(strategy).arg(line)).expect(0);
-    assert!(again.stdout.contains(line), "{}", again.stdout);
-    let error = Finished::of(meliora().args(strategy).arg("Deliver=\"finished\"")).expect(3).stderr;
+    Finished::of(executable().args(strategy).arg(line)).prints(0, line);
+    let error = Finished::of(executable().args(strategy).arg("Deliver=\"finished\"")).expect(3).stderr;
     assert!(error.contains("`Deliver` has no value `finished`"), "{error}");
     assert!(error.contains("its values are \"waiting for key\", \"waiting for door\""), "{error}");
 }
@@ -260,7 +246,7 @@ fn a_state_that_no_path_reaches_is_refused_with_advice_on_monitors() {
         let at = "place=2,Deliver=done,Clean=kept so far";
         let arguments =
             ["strategy", "models/courier.prism", "models/courier.pref", "--scope", scope, "--at", at];
-        let error = Finished::of(meliora().args(arguments)).expect(3).stderr;
+        let error = Finished::of(executable().args(arguments)).expect(3).stderr;
         assert!(error.contains("no path reaches the state place=2,sky=0,"), "{error}");
         assert!(error.contains("leave out `Deliver`, `Clean`"), "{error}");
         assert!(!error.contains("--scope all"), "{error}");
@@ -270,7 +256,7 @@ fn a_state_that_no_path_reaches_is_refused_with_advice_on_monitors() {
     let scratch =
         Scratch::new(&[("m.prism", model), ("m.pref", "objective A = G x<2;\nobjective B = F x=1;\n")]);
     let strategy = ["strategy", &scratch.show("m.prism"), &scratch.show("m.pref"), "--at", "x=3"];
-    let error = Finished::of(meliora().args(strategy)).expect(3).stderr;
+    let error = Finished::of(executable().args(strategy)).expect(3).stderr;
     assert!(error.contains("no path reaches the state x=3,") && error.contains("`--scope all`"), "{error}");
     assert!(!error.contains("leave out"), "{error}");
 }

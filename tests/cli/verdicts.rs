@@ -1,16 +1,13 @@
 //! `strategy` at states where nothing is guaranteed, and for formulas that are satisfied at once.
 
-use serde_json::{Value, json};
-
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 /// Returns what `strategy` says of states, the same under both engines.
-fn asked(model: &str, wishes: &str, options: &str) -> Value {
+fn asked(model: &str, wishes: &str, options: &str) -> Json {
     let scratch = Scratch::new(&[("m.prism", model), ("m.pref", wishes)]);
     let files = format!("{} {}", scratch.show("m.prism"), scratch.show("m.pref"));
     let [symbolic, explicit] = ["symbolic", "explicit"].map(|engine| {
-        run(&format!("strategy {files} {options} --engine {engine} --json -q")).expect(0).json()["states"]
-            .clone()
+        run!("strategy {files} {options} --engine {engine} --json -q").expect(0).json()["states"].clone()
     });
     assert_eq!(symbolic, explicit, "{options}");
     symbolic
@@ -48,7 +45,7 @@ fn an_unsafe_state_has_no_value_and_no_action_leads_to_it() {
             let said = [&state["attains"]["probability"], &state["chosen_action"]];
             match state["state"]["x"].as_i64() {
                 Some(0) => assert_eq!(said, [&json!({"lower": 0.5, "upper": 0.5}), &json!("try")], "{order}"),
-                _ => assert_eq!((said, &state["attains"]), ([&Value::Null; 2], &Value::Null), "{order}"),
+                _ => assert_eq!((said, &state["attains"]), ([&Json::Null; 2], &Json::Null), "{order}"),
             }
         }
     }

@@ -1,10 +1,9 @@
 //! Lists of the words that a field may have, on the pages and in the Python package.
 
-use std::collections::BTreeSet;
-use std::fs;
-
 use meliora_planning::Phase;
 use meliora_planning::explain::Verdict;
+
+use crate::common::prelude::*;
 
 /// Reads a file of the repository.
 fn file(path: &str) -> String {

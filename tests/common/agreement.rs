@@ -1,11 +1,9 @@
 //! Compares every operation of an engine with the reference implementation.
 
-use meliora::engine::{EdgeLabels, Engine, Region};
-use meliora::model::expr::ExprId;
 use meliora::model::value::Value;
-use meliora::model::{ModelKind, Program};
 
 use super::brute::{Brute, Set};
+use crate::common::prelude::*;
 
 /// Compares an engine with the reference, on sets drawn from `predicates`.
 pub(crate) fn check<E: Engine>(engine: &E, program: &Program, brute: &Brute, predicates: &[ExprId]) {

@@ -20,6 +20,11 @@ pub(crate) fn takes(number: usize) -> bool {
     is_long() || number.is_multiple_of(SHARE)
 }
 
+/// Returns whether the case with a number is tested, where one of `of` of a short list is.
+pub(crate) fn takes_one_of(of: usize, number: usize) -> bool {
+    is_long() || number.is_multiple_of(of)
+}
+
 /// The settings of a test with `all` random cases.
 pub(crate) fn random(all: u32) -> ProptestConfig {
     let some = u32::try_from(share(all as usize)).unwrap_or(all);

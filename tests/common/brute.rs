@@ -1,12 +1,8 @@
 //! A reference implementation of the engine interface: sets as ordered sets of numbers, nested fixpoints.
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use meliora::engine::{EdgeLabels, Scope};
-use meliora::model::expr::ExprId;
-use meliora::model::step::Choice;
 use meliora::model::value::Value;
-use meliora::model::{Program, State};
+
+use crate::common::prelude::*;
 
 /// A set of states or of choices, by number.
 pub(crate) type Set = BTreeSet<usize>;

@@ -1,9 +1,8 @@
 //! Markov chains that strategies induce, as lists of successors.
 
-use std::collections::BTreeSet;
-
-use meliora::planning::InducedModel;
 use meliora::planning::induced_model::Node;
+
+use crate::common::prelude::*;
 
 pub(crate) type Set = BTreeSet<usize>;
 

@@ -7,5 +7,7 @@ pub(crate) mod coverage;
 pub(crate) mod entry;
 pub(crate) mod factory;
 pub(crate) mod graphs;
+pub(crate) mod prelude;
 pub(crate) mod random_game;
 pub(crate) mod random_program;
+pub(crate) mod set_up;

@@ -1,11 +1,9 @@
 //! Random games: the players of a random program take turns.
 
-use std::sync::Arc;
-
-use meliora::model::expr::{Binary, Unary};
 use meliora::model::players::{Player, Players};
 use meliora::model::value::{Type, Value};
-use meliora::model::{ModelKind, Program, VarId, Variable};
+
+use crate::common::prelude::*;
 
 /// Lets two players own the modules and actions of a program and take turns: a command is enabled in
 /// its player's turn only, and its branches pass on the turn as the bits say.

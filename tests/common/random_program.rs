@@ -1,13 +1,36 @@
 //! Small random programs from a sequence of numbers: shorter sequences and smaller numbers give
 //! simpler programs, so that a failing one shrinks well.
 
-use std::sync::Arc;
-
 use meliora::advanced::lang::ast::Span;
-use meliora::error::SourceFile;
-use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
 use meliora::model::value::{Type, Value};
-use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
+use meliora::model::{Branch, Command, CommandId, Synchronisation};
+
+use crate::common::prelude::*;
+
+/// A program of an `mdp` without variables, to be filled.
+pub(crate) fn empty_program(pool: ExprPool, initial: ExprId) -> Program {
+    Program {
+        source: SourceFile::new("random", ""),
+        kind: ModelKind::Mdp,
+        pool: pool.into(),
+        variables: vec![],
+        initial,
+        constants: vec![],
+        given_constants: vec![],
+        labels: vec![],
+        formulas: vec![],
+        rewards: Vec::new(),
+        inexact: None,
+        monitors: None,
+        stop: None,
+        planning: None,
+        players: None,
+        modules: vec![],
+        actions: vec![],
+        commands: vec![],
+        synchronisations: vec![],
+    }
+}
 
 /// Numbers that are used up one by one; 0 after the last.
 struct Source<'a> {
@@ -57,25 +80,14 @@ pub(crate) fn random_program(numbers: &[u16], faulty: bool) -> Program {
     let synchronisations = synchronisations(&mut commands, modules, actions);
     let literal = b.pool.value(Value::Bool(true));
     Program {
-        source: SourceFile::new("random", ""),
         kind,
-        constants: vec![],
-        given_constants: vec![],
         labels: vec![("true".into(), literal)],
-        formulas: vec![],
-        rewards: Vec::new(),
-        inexact: None,
-        monitors: None,
-        stop: None,
-        planning: None,
-        players: None,
         modules: (0..modules).map(|m| format!("m{m}")).collect(),
         actions: (0..actions).map(|a| format!("a{a}")).collect(),
-        pool: b.pool.into(),
         variables: b.variables,
-        initial,
         commands,
         synchronisations,
+        ..empty_program(b.pool, initial)
     }
 }
 

@@ -5,11 +5,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use meliora::error::{Error, Limit};
-use meliora::lang::{Checked, Document};
 use meliora::progress::ProgressSink;
 use tar::{Builder, EntryType, Header};
 
+use crate::common::prelude::*;
 use crate::dumps::exchange::{index, none, read, tar, words};
 
 /// The archive of two states, compressed by xz.

@@ -1,9 +1,7 @@
 //! The seeds of the fuzz targets, and what fuzzing found.
 
-use std::fs;
-use std::path::Path;
-
 use crate::common::entry;
+use crate::common::prelude::*;
 
 /// Calls the entry point of a fuzz target. Targets for text skip other bytes.
 fn run(target: &str, bytes: &[u8]) {

@@ -1,27 +1,17 @@
 //! Models state by state: archives written and read again, texts in other formats, and archives
 //! that are damaged or not supported.
 
-use std::collections::BTreeMap;
 use std::io::Read;
-use std::sync::Arc;
 
-use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
-use meliora::error::SourceFile;
 use meliora::export::explicit::{Graph, drn, explored, prism, umb};
-use meliora::lang::{self, Checked, Document, Given};
-use meliora::model::predicate::Predicate;
-use meliora::model::preference::{
-    Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
-};
-use meliora::model::{ModelKind, Program};
-use meliora::planning::{Analysis, AnalysisResult, Options};
-use meliora::progress::NoProgress;
+use meliora::lang::Given;
+use meliora::planning::AnalysisResult;
 use num_traits::ToPrimitive;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
 use crate::common::entry;
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 
 pub(crate) fn none() -> Given {
     Given { constants: SourceFile::new("c", ""), bounds: SourceFile::new("b", "") }
@@ -42,9 +32,7 @@ pub(crate) fn analysed<E: Engine>(engine: E, targets: [Predicate; 2]) -> Analysi
         history: History::State,
         requirements: Vec::new(),
     };
-    let mut analysis = Analysis::new(&Arc::new(engine), &Arc::new(preferences), Options::default());
-    analysis.run(&mut |_| ()).unwrap();
-    analysis
+    finished(&Arc::new(engine), &Arc::new(preferences), Options::default())
 }
 
 fn result<E: Engine>(engine: E, targets: [Predicate; 2]) -> AnalysisResult {

@@ -1,12 +1,9 @@
 //! The text of dumps: a written dump can be read again, and malformed text is refused.
 
-use std::fs;
-
-use meliora::dump::{Diagram, Edge, Node, dddmp};
-use meliora::engine::{Algebra, Engine, Settings, SymbolicEngine};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
+use meliora::dump::{Node, dddmp};
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 /// x ∧ ¬y, and its complement.
 const GOOD: &str = ".ver DDDMP-2.0

@@ -1,14 +1,8 @@
 //! A dump of a former version, whose layers are those of one distance each, is accepted.
 
-use std::fs;
-use std::path::Path;
-use std::sync::Arc;
+use meliora::dump::directory::sha256;
 
-use meliora::certify::{Hashes, verify};
-use meliora::dump::{directory::sha256, read_directory};
-use meliora::engine::Settings;
-use meliora::progress::NoProgress;
-
+use crate::common::prelude::*;
 use crate::dumps::others::read;
 
 #[test]

@@ -1,23 +1,13 @@
 //! Games state by state: written and read again; wrong ones are refused.
 
-use std::sync::Arc;
-
-use meliora::engine::regions::regions;
-use meliora::engine::{Engine, ExplicitEngine, Scope, Settings, SymbolicEngine};
-use meliora::error::{Error, SourceFile};
 use meliora::export::explicit::{Graph, drn, explored, prism, umb};
-use meliora::lang::{self, Checked, Document};
-use meliora::model::predicate::Predicate;
-use meliora::model::{ModelKind, Program, State};
-use meliora::planning::Safety;
-use meliora::progress::NoProgress;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
 use crate::common::entry;
+use crate::common::prelude::*;
 use crate::common::random_game::with_turns;
-use crate::common::random_program::{random_predicate, random_program};
 use crate::dumps::exchange::{analysed, index, label, none, read, steps, tar, two_states, words};
 use crate::dumps::verify::Case;
 

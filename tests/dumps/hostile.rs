@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
 use proptest::prelude::*;
 
 use crate::common::entry;
+use crate::common::prelude::*;
 
 /// Words that the languages are made of, and numbers at the edges.
 const WORDS: &[&str] = &[

@@ -1,26 +1,15 @@
 //! Dumps whose certificate lacks parts, because a limit ended them.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::Duration;
 
-use meliora::certify::{Hashes, Verdict, verify};
+use meliora::certify::Verdict;
 use meliora::dump::directory::{complete_directory, write_regions_first};
-use meliora::dump::{Dump, read_directory};
-use meliora::engine::{NoProgress, Settings, SymbolicEngine};
-use meliora::error::{Limit, SourceFile};
-use meliora::export::{DumpContent, Inputs, certify, export};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
+use meliora::export::certify;
 use meliora::progress::ProgressSink;
 
-use crate::common::amount::takes;
 use crate::common::factory::{OVER_PATHS, PREFERENCES, factory};
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 
@@ -44,16 +33,11 @@ struct Case {
 
 impl Case {
     fn new(wishes: &str, safety: Safety) -> Self {
-        let none = SourceFile::new("--const", "");
-        let program = lang::load(&SourceFile::new("m", factory(3)), &none).unwrap().program;
-        let lang::Task { program, preferences } =
-            lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
-        let (program, preferences) = (Arc::new(program), Arc::new(preferences));
+        let (program, preferences) = task(factory(3), wishes);
         let sink = Arc::new(Share::default());
         let settings = Settings { sink: Arc::clone(&sink) as _, ..Settings::default() };
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
         let inputs = Inputs {
             model: ("m".into(), HASHES.model.into()),
             preferences: ("p".into(), HASHES.preferences.into()),

@@ -1,9 +1,6 @@
 //! Names that occur twice where each must have one meaning are refused, with their place.
 
-use meliora::error::Error;
-use meliora::lang::Document;
-use meliora::progress::NoProgress;
-
+use crate::common::prelude::*;
 use crate::dumps::exchange::{index, none, two_states};
 
 /// The line and column of the error of some files, the first of which is the model, and its message.

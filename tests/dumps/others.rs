@@ -1,16 +1,8 @@
 //! Dumps of other models under the manifest of the true one: their sets fit each other, since they were computed.
 
-use std::collections::BTreeSet;
-
-use meliora::dump::{Dump, Manifest};
-use meliora::engine::Scope;
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::Safety;
 use proptest::prelude::*;
 
+use crate::common::prelude::*;
 use crate::dumps::mutation::same_regions;
 use crate::dumps::verify::Case;
 

@@ -3,13 +3,11 @@
 
 use meliora::advanced::escape::{dot, first_word, is_shown, line, lines, quoted, unword, word};
 use meliora::advanced::{csv, json};
-use meliora::dump::{Diagram, Edge, dddmp};
-use meliora::error::SourceFile;
-use meliora::lang::Document;
+use meliora::dump::dddmp;
 use meliora::output::Style;
-use meliora::progress::NoProgress;
 use proptest::prelude::*;
 
+use crate::common::prelude::*;
 use crate::dumps::exchange::{index, none, two_states, words};
 
 /// Characters with a meaning in some target.

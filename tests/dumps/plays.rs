@@ -1,13 +1,6 @@
 //! Dumps of objectives over whole paths.
 
-use std::fs;
-
-use meliora::dump::Dump;
-use meliora::engine::Scope;
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::planning::Safety;
-
+use crate::common::prelude::*;
 use crate::dumps::conditions::SCOPES;
 use crate::dumps::verify::{Case, replace};
 

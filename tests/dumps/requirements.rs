@@ -1,11 +1,8 @@
 //! Dumps of models that requirements restrict.
 
 use meliora::dump::manifest::RootKind;
-use meliora::engine::Scope;
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::planning::Safety;
 
+use crate::common::prelude::*;
 use crate::dumps::verify::{Case, replace};
 
 const MODEL: &str = "mdp

@@ -1,30 +1,19 @@
 //! Rounds of models whose variables return to their values: machines that work, break and are repaired.
 
-use meliora::certify::{Hashes, Verdict, verify};
-use meliora::dump::Dump;
+use meliora::certify::Verdict;
 use meliora::dump::manifest::Digit;
-use meliora::engine::{Settings, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::lang;
-use meliora::planning::{Analysis, Options, Safety};
-use std::sync::Arc;
 
 use crate::common::factory::{PREFERENCES, factory};
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 
 /// Returns the dump of a model, and its verifier.
 fn dump(model: String, wishes: &str, safety: Safety) -> (Dump, impl Fn(&Dump) -> Verdict) {
-    let none = SourceFile::new("--const", "");
-    let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
-    let lang::Task { program, preferences } =
-        lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
-    let (program, preferences) = (Arc::new(program), Arc::new(preferences));
+    let (program, preferences) = task(model, wishes);
     let settings = || Settings { memory: 256 << 20, ..Settings::default() };
     let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings()).unwrap());
-    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
     let inputs = Inputs {
         model: ("m".into(), HASHES.model.into()),
         preferences: ("p".into(), HASHES.preferences.into()),

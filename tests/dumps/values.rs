@@ -1,29 +1,14 @@
 //! Bounds of quantities in dumps: honest ones are confirmed, and no edit that makes one false is.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::sync::Arc;
-
-use meliora::certify::{Hashes, verify};
 use meliora::dump::bounds::{Bounds, Number, Row};
 use meliora::dump::manifest::ValuesFile;
-use meliora::dump::{Dump, read_directory, write_directory};
-use meliora::engine::{NoProgress, Scope, Settings, SymbolicEngine};
-use meliora::error::{Error, SourceFile};
+use meliora::dump::write_directory;
 use meliora::export::bounds::{Wanted, add};
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::lang;
-use meliora::model::exact::Ratio;
-use meliora::model::preference::Preferences;
-use meliora::model::{Program, State};
-use meliora::planning::{Analysis, Options, Safety};
-use meliora::quantities::{Cost, Earned, Steps, ValueOptions, Values};
+use meliora::quantities::{Cost, Earned};
 use num_traits::ToPrimitive;
-use rand::rngs::ChaCha8Rng;
 use rand::seq::IndexedRandom;
-use rand::{RngExt, SeedableRng};
 
-use crate::common::amount::share;
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 const LEVELS: usize = 2;
@@ -83,8 +68,7 @@ impl Case {
         let preferences = Arc::new(preferences);
         let program = Arc::new(program);
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let mut dump =

@@ -2,13 +2,9 @@
 
 use std::cell::Cell;
 
-use meliora::dump::Dump;
 use meliora::dump::bounds::{Bounds, Row};
-use meliora::engine::Scope;
-use meliora::planning::Safety;
-use rand::rngs::ChaCha8Rng;
-use rand::{RngExt, SeedableRng};
 
+use crate::common::prelude::*;
 use crate::dumps::values::{Case, between, cost, double, edited, row};
 
 /// The states 1 and 2, 3 and 5, 9 and 10 are cycles that the opponent or we may stay in forever; 9 and 10 cost nothing.

@@ -1,21 +1,13 @@
 //! The checker accepts every written dump and refuses changed ones.
 
-use std::fs;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use meliora::certify::{Hashes, Verdict, verify};
+use meliora::certify::Verdict;
 use meliora::dump::manifest::{Root, SafetyMode};
-use meliora::dump::{Dump, read_directory, write_directory};
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Scope, Settings};
-use meliora::error::{Result, SourceFile};
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
-use meliora::progress::NoProgress;
+use meliora::dump::write_directory;
+use meliora::error::Result;
+
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 
@@ -54,8 +46,7 @@ impl Case {
     ) -> Self {
         let (program, preferences) = (Arc::new(program), Arc::new(preferences));
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings(scope)).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, max_level });
         let inputs = Inputs {
             model: ("m.prism".to_owned(), HASHES.model.to_owned()),
             preferences: ("p.pref".to_owned(), HASHES.preferences.to_owned()),

@@ -1,19 +1,10 @@
 //! The methods that remove an attractor, each against the reference and the explicit engine.
 
-use std::sync::Arc;
-
-use meliora::advanced::symbolic::{Thresholds, Ways};
-use meliora::engine::regions::{Regions, regions};
-use meliora::engine::{Algebra, EdgeLabels, Engine, ExplicitEngine, Region, Settings, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::State;
-use meliora::model::predicate::Predicate;
+use meliora::advanced::symbolic::Ways;
 use proptest::prelude::*;
 
 use crate::common::agreement;
-use crate::common::brute::Brute;
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 use crate::engines::explicit::numbers;
 
 /// Each way to remove an attractor.

@@ -1,12 +1,8 @@
 //! States of many bits on a small stack: the engine brings what its recursions need.
 
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, Engine, ExplicitEngine, Settings, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
 use meliora::model::value::Value;
+
+use crate::common::prelude::*;
 
 /// A row of lamps, each of which may light once the one before it is lit.
 fn lamps(count: usize) -> String {
@@ -63,8 +59,7 @@ fn expressions_of_thousands_of_operators_need_no_large_stack_of_the_caller() {
 }
 
 fn program(text: String) -> Arc<Program> {
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("model", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 fn settings() -> Settings {

@@ -1,20 +1,12 @@
 //! Questions about the initial states: answered over all valuations, or with an engine of the reachable states,
 //! whichever ends first.
 
-use std::sync::Arc;
-
-use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::regions::{self, Which, regions};
-use meliora::engine::{
-    Algebra, AnyEngine, Engine, ExplicitEngine, Guided, RacedQuestion, Racer, Scope, Selection, Settings,
-    SymbolicEngine,
-};
-use meliora::error::{Error, Result};
-use meliora::model::predicate::Predicate;
-use meliora::model::{Program, State};
+use meliora::engine::regions::{self, Which};
+use meliora::engine::{Guided, RacedQuestion, Racer, Selection};
+use meliora::error::Result;
 use proptest::prelude::*;
 
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 use crate::engines::explicit::numbers;
 use crate::engines::selection::program;
 

@@ -1,19 +1,10 @@
 //! Both engines compared with a reference implementation, on random programs.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::{AnyEngine, Engine, Scope, Settings, Storage};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Error, Result, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::predicate::Predicate;
+use meliora::error::Result;
 use proptest::prelude::*;
 
 use crate::common::agreement;
-use crate::common::brute::Brute;
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 
 /// The numbers from which a random program is made.
 pub(crate) fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
@@ -98,8 +89,7 @@ proptest! {
 fn a_part_of_a_guard_that_is_not_looked_at_has_no_fault() {
     let text = "mdp module m far : [0..999999] init 7; x : [0..2] init 0;\n\
         [a] far<5 & mod(1,x)=0 -> true; [b] x=1 -> true; [c] x=2 -> true; endmodule";
-    let none = SourceFile::new("constants", "");
-    let program = Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program);
+    let program = Arc::new(parsed(text));
     assert!(explicit(&program, Scope::Reachable).is_ok());
     assert!(symbolic(&program, Scope::Reachable).is_ok());
 }

@@ -1,12 +1,6 @@
 //! Faults of commands whose partner is not ready: both engines report them.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Scope, Settings};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
+use crate::common::prelude::*;
 
 /// Builds both engines for a model whose second module has this command, while the command of the
 /// first module is not enabled. Both report a fault that contains `expected`, or none.
@@ -15,8 +9,7 @@ fn check(command: &str, expected: Option<&str>) {
         "mdp module first ready : bool init false; [a] ready -> true; endmodule\n\
          module second low : bool init true; x : [0..2] init 0; [a] {command}; endmodule"
     );
-    let none = SourceFile::new("constants", "");
-    let program = Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program);
+    let program = Arc::new(parsed(text));
     let settings = Settings { scope: Scope::Reachable, memory: 16 << 20, ..Settings::default() };
     let explicit = ExplicitEngine::new(program.clone(), settings.clone()).err();
     let symbolic = SymbolicEngine::new(program, settings).err();

@@ -1,20 +1,14 @@
 //! Every operation refuses the sets of another engine, even of the same model and kind.
 
-use std::sync::Arc;
-
 use meliora::advanced::symbolic::Set;
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Algebra, AnyEngine, EdgeLabels, Engine, Region, Settings, Storage};
-use meliora::error::{Error, Result, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
+use meliora::error::Result;
+
+use crate::common::prelude::*;
 
 fn program() -> Arc<Program> {
     let text =
         "mdp module m x : [0..5] init 0; [a] x<4 -> 1/2:(x'=x+1) + 1/2:(x'=0); [b] x=2 -> (x'=5); endmodule";
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 #[track_caller]

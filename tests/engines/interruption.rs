@@ -1,14 +1,9 @@
 //! Cancellation reaches the inner loops: after it, the progress sink is asked only a few more times.
 
 use std::fmt::Write;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{ProgressSink, Settings};
-use meliora::error::{Error, Limit, SourceFile};
-use meliora::lang;
+use crate::common::prelude::*;
 
 /// Stops the work at a question.
 struct StopAt {

@@ -1,21 +1,11 @@
 //! Temporal formulas on models with a single path: both engines against the definition of LTL on that path.
 
-use std::sync::Arc;
-
+use Formula::{Binary, Label, Unary};
 use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Engine, Settings};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::expr::ExprId;
-use meliora::model::predicate::Predicate;
-use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Begin, Condition};
-use meliora::planning::RegionSearch;
-use meliora::planning::{Analysis, Options, Safety};
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 /// A formula over the labels "p" and "q"; X has one operand, which is the first.
 #[derive(Debug, Clone)]
@@ -24,8 +14,6 @@ enum Formula {
     Unary(&'static str, Box<Formula>),
     Binary(&'static str, Box<Formula>, Box<Formula>),
 }
-
-use Formula::{Binary, Label, Unary};
 
 impl Formula {
     fn text(&self) -> String {
@@ -85,7 +73,7 @@ impl Lasso {
             self.label(|letter| letter.0),
             self.label(|letter| letter.1)
         );
-        lang::load(&SourceFile::new("lasso.prism", text), &SourceFile::new("--const", "")).unwrap().program
+        parsed(text)
     }
 
     /// Returns for each step whether a formula holds from there on, by the definition of LTL.
@@ -233,9 +221,7 @@ fn achievable(program: Program, formula: &str) -> [bool; 2] {
 }
 
 fn at_start<E: Engine>(engine: &Arc<E>, program: &Program, preferences: &Arc<Preferences>) -> bool {
-    let mut analysis =
-        Analysis::new(engine, preferences, Options { safety: Safety::Action, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(engine, preferences, Options { safety: Safety::Action, max_level: None });
     !analysis.initial_prospects(program, 1).unwrap()[0].most_preferred.is_empty()
 }
 
@@ -280,7 +266,7 @@ fn what_is_owed_may_be_fulfilled_as_new_obligations_come_up() {
 }
 
 fn load(model: &str) -> Program {
-    lang::load(&SourceFile::new("m", model), &SourceFile::new("--const", "")).unwrap().program
+    parsed(model)
 }
 
 /// One of two recurrences loses states while the other one is unchanged in its first round.

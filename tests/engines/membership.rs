@@ -1,25 +1,15 @@
 //! States and choices that a model does not have are in no set.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Algebra, Engine, Order, Scope, Settings};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::predicate::Predicate;
-use meliora::model::step::Choice;
-use meliora::model::{CommandId, Program};
+use meliora::model::CommandId;
 use proptest::prelude::*;
 
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 use crate::engines::explicit::numbers;
 
 const SCOPES: [Scope; 2] = [Scope::All, Scope::Reachable];
 
 fn program(text: &str) -> Arc<Program> {
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 fn settings(scope: Scope) -> Settings {
@@ -128,8 +118,7 @@ fn a_state_of_a_chain_has_one_choice_and_none_by_command() {
 #[test]
 fn the_step_of_monitors_in_a_deadlock_of_a_chain_is_its_choice() {
     let model = "dtmc module m s : [0..1] init 0; endmodule";
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
+    let program = parsed(model);
     let preferences = SourceFile::new("p", "objective O = F (s=1 & X s=1);");
     let program = Arc::new(lang::load_preferences(&preferences, program).unwrap().program);
     let (symbolic, explicit) = (

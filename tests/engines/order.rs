@@ -1,13 +1,11 @@
 //! The order of the variables that `auto` finds in the structure of a program.
 
 use meliora::advanced::symbolic::{Bit, order};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
+
+use crate::common::prelude::*;
 
 fn program(text: &str) -> Program {
-    let none = SourceFile::new("constants", "");
-    lang::load(&SourceFile::new("m", text), &none).unwrap().program
+    parsed(text)
 }
 
 /// The bits in the order of `auto`.

@@ -1,21 +1,13 @@
 //! Several ways race for an answer: whichever ends first, the answer is the same.
 
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
-use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::regions::{Regions, regions};
-use meliora::engine::{
-    Algebra, AnyEngine, Engine, ExplicitEngine, RacedQuestion, Racer, Scope, Selection, Settings,
-    SymbolicEngine,
-};
-use meliora::error::{Error, Limit, Result, SourceFile};
-use meliora::lang;
-use meliora::model::predicate::Predicate;
-use meliora::model::{Program, State};
+use meliora::engine::{RacedQuestion, Racer, Selection};
+use meliora::error::Result;
 use meliora::progress::CancellationToken;
 use proptest::prelude::*;
 
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 use crate::engines::explicit::numbers;
 
 /// Settings in which the explicit engine explores for some work alone, and the first turn has as many steps.
@@ -78,8 +70,7 @@ proptest! {
 }
 
 pub(crate) fn program(text: &str) -> Arc<Program> {
-    let none = SourceFile::new("constants", "");
-    Arc::new(lang::load(&SourceFile::new("m", text), &none).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 /// Builds the engine that is the first to know all states.

@@ -1,17 +1,13 @@
 //! Both engines end their work at once when the progress sink cancels it, at every question.
 
-use std::collections::BTreeSet;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
-use std::sync::{Arc, Mutex};
 
-use meliora::engine::ExplicitEngine;
-use meliora::engine::{EdgeLabels, Engine, ProgressSink, Region, Settings, regions};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Error, Limit, Result, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Phase, Scheduler, Setup, Simulation};
+use meliora::engine::regions;
+use meliora::error::Result;
+use meliora::planning::Phase;
+
+use crate::common::prelude::*;
 
 /// Stops the work from the question of this number on; hears of the phases.
 struct Patience {
@@ -53,8 +49,7 @@ fn ways((length, width): Size) -> (Arc<Program>, Arc<Preferences>) {
         "mdp const int L={length}; module m x : [0..L+2]; y : [0..{width}]; [go] x<L -> (x'=x+1);\n\
         [flip] x=L -> 0.5: (x'=L+1) + 0.5: (x'=L+2); endmodule init x=0 endinit"
     );
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = parsed(text);
     let text = "objective B = F x=L+1; objective C = F x=L+2;";
     let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", text), program).unwrap();

@@ -1,21 +1,12 @@
 //! Regions of temporal formulas in both engines, against end components enumerated one by one.
 
-use std::sync::Arc;
-
 use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Algebra, Engine, Scope, Settings};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
-use meliora::model::predicate::Predicate;
 use meliora::model::temporal::{Asks, Begin, Condition};
-use meliora::model::{Program, State};
-use meliora::planning::{RegionSearch, temporal::judged};
+use meliora::planning::temporal::judged;
 use proptest::prelude::*;
 
-use crate::common::brute::{Brute, Set};
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::brute::Set;
+use crate::common::prelude::*;
 use crate::engines::lasso::watched;
 
 /// Subsets of more states are not enumerated.
@@ -130,8 +121,7 @@ fn engines(program: &Program, scope: Scope) -> (SymbolicEngine, ExplicitEngine) 
 #[test]
 fn conditions_of_the_model_are_read_in_its_product_and_not_the_other_way_round() {
     let text = "mdp module m s:[0..2]; [] s<2 -> (s'=s+1); [] true -> (s'=0); endmodule";
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = parsed(text);
     let product = |formula: &str| {
         let source = SourceFile::new("formula", formula);
         let mut watching = Monitoring::new(&program);

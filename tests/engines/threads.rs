@@ -1,13 +1,8 @@
 //! One engine used by several threads.
 
-use std::sync::Arc;
+use meliora::engine::regions;
 
-use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::{Algebra, Engine, Settings, SymbolicEngine, regions};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::predicate::Predicate;
+use crate::common::prelude::*;
 
 /// A random walk with a store that it fills and empties, and some targets.
 fn walk() -> (Arc<Program>, Vec<Predicate>) {
@@ -17,8 +12,7 @@ fn walk() -> (Arc<Program>, Vec<Predicate>) {
         [] z>x -> 0.5: (z'=z-1) & (f'=!f) + 0.5: true;\n\
         [] f & mod(x+z,3)=1 -> (x'=z) & (z'=y);\n\
         endmodule";
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
+    let program = parsed(text);
     let targets = ["x=31 & f", "y=z & x>y", "mod(x*y,7)=3 & z>20", "x=0 & z=31"].map(|text| {
         let source = SourceFile::new("target", text);
         let tree = lang::parse_expression(&source).unwrap();

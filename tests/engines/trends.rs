@@ -1,17 +1,14 @@
 //! Engines with only the falling or the rising edges, against the reference with only these edges.
 
 use std::cmp::Ordering;
-use std::sync::Arc;
 
-use meliora::advanced::symbolic::{Side, Thresholds};
-use meliora::engine::{Engine, Settings, SymbolicEngine};
+use meliora::advanced::symbolic::Side;
 use meliora::model::trend::{Digit, Trend};
-use meliora::model::{Program, State};
 use proptest::prelude::*;
 
 use crate::common::agreement;
-use crate::common::brute::{Brute, Set};
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::brute::Set;
+use crate::common::prelude::*;
 use crate::engines::explicit::numbers;
 
 /// Returns whether the first variable of the order in which two states differ says that a step has the trend.

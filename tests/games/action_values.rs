@@ -3,16 +3,14 @@
 
 use std::fmt::Write;
 
-use meliora::engine::{Selection, Storage};
-use meliora::model::exact::Ratio;
-use meliora::planning::Shield;
+use meliora::engine::Selection;
 use meliora::question::shield::Threshold;
-use meliora::{Model, Settings};
-use num_traits::{FromPrimitive, One, Zero};
+use num_traits::FromPrimitive;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::values::{Action, against};
+use crate::common::prelude::*;
 
 /// A game: who chooses in each state, and the choices with their successors, all equally likely.
 type World = Vec<(bool, Vec<Vec<usize>>)>;

@@ -1,23 +1,16 @@
 //! Certificates of the values of games: they are confirmed, they contain the values over all pairs of pure strategies, and
 //! no bound that is moved past a value is confirmed.
 
-use meliora::certify::{Hashes, verify};
-use meliora::dump::Dump;
 use meliora::dump::bounds::{Bounds, Number, Row};
-use meliora::engine::{Scope, SymbolicEngine};
 use meliora::export::bounds::{Wanted, add};
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::model::exact::Ratio;
-use meliora::planning::{Analysis, Kind, Options, Safety};
-use meliora::quantities::{Steps, ValueOptions, Values};
 use num_traits::ToPrimitive;
 use proptest::prelude::*;
-use std::sync::Arc;
 
 use super::levels::{Case, Reference, some_case};
 use super::raw::loaded;
 use super::values::{LEVELS, levels};
 use super::{settings, thresholds};
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 
@@ -58,8 +51,7 @@ fn check(case: &Case, safety: Safety, moves: &[(usize, f64)]) -> Result<(), Test
     let (program, preferences) = loaded(&case.raw.text(), &case.preferences());
     let settings = || settings(Scope::All, thresholds()[0]);
     let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings()).unwrap());
-    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, ..Options::default() });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options { safety, ..Options::default() });
     if analysis.levels(Kind::Spi).found.is_empty() {
         return Ok(());
     }

@@ -1,21 +1,11 @@
 //! Dumps of games: each one is accepted, and its regions have the sizes that the explicit engine finds.
 
-use std::collections::BTreeMap;
-use std::sync::Arc;
-
-use meliora::advanced::symbolic::Thresholds;
-use meliora::certify::{Hashes, verify};
-use meliora::dump::{Dump, Manifest};
-use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, SymbolicEngine};
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Kind, Options, Safety};
 use proptest::prelude::*;
 
 use super::levels::some_case;
 use super::raw::loaded;
 use super::{settings, thresholds};
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "m", preferences: "p" };
 
@@ -23,9 +13,7 @@ type Question = (Arc<Program>, Arc<Preferences>);
 
 fn analysis<E: Engine>(engine: E, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<E> {
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), preferences, options);
-    analysis.run(&mut |_| ()).unwrap();
-    analysis
+    finished(&Arc::new(engine), preferences, options)
 }
 
 fn dump((program, preferences): &Question, safety: Safety, (scope, thresholds): (Scope, Thresholds)) -> Dump {

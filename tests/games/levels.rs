@@ -1,19 +1,13 @@
 //! Outcomes, classes, levels and permitted actions of games against the definitions: each level is
 //! decided by enumerating all memoryless strategies of both sides in the game of that level.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-use meliora::engine::{Engine, ExplicitEngine, Scope, SymbolicEngine};
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::raw::{Enforced, Raw, Won, loaded};
 use super::{settings, some_game, thresholds};
+use crate::common::prelude::*;
 
 pub(crate) type Set = BTreeSet<usize>;
 
@@ -288,8 +282,7 @@ fn check<E: Engine>(
     safety: Safety,
 ) {
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), preferences, options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), preferences, options);
     let (case, names) = (reference.case, names(&reference.case.raw));
     let plans = Kind::ALL.iter().map(|&kind| reference.plans(kind, safety)).collect::<Vec<_>>();
     for s in 0..case.raw.len() {

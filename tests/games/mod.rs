@@ -19,12 +19,11 @@ mod temporal_preferences;
 mod turns;
 mod values;
 
-use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::{Scope, Settings};
+use self::raw::Raw;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
-use self::raw::Raw;
+use crate::common::prelude::*;
 
 /// The usual turns; recursions over parts alone, over lists alone; turns of both that begin with few steps.
 fn thresholds() -> [Thresholds; 5] {

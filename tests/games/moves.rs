@@ -1,20 +1,13 @@
 //! The opponent's moves in pages, against the steps of each state and the other engine.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-use meliora::engine::{ExplicitEngine, Scope, SymbolicEngine};
-use meliora::model::VarId;
 use meliora::model::diagram::Edge;
-use meliora::model::preference::Change;
-use meliora::model::step::Step;
-use meliora::planning::{Analysis, Kind, Options, Rank};
 use meliora::projections::{self, MoveView, Plane, Projections};
 use proptest::prelude::*;
 
 use super::levels::{Case, some_case};
 use super::raw::loaded;
 use super::{settings, thresholds};
+use crate::common::prelude::*;
 
 /// The results of a move: the ranks of both kinds after it, and whether it may and surely does improve and weaken.
 type Leads = (BTreeSet<usize>, BTreeSet<usize>, [bool; 4]);

@@ -1,23 +1,12 @@
 //! A game in which one side owns every choice is an `mdp`.
 
-use std::sync::Arc;
-
-use meliora::engine::regions::{Regions, regions};
-use meliora::engine::{AnyEngine, Engine, Scope, Storage};
 use meliora::model::players::{Owner, Player, Players};
-use meliora::model::predicate::Predicate;
-use meliora::model::preference::{
-    Empty, Goal, History, Objective, Preferences, Preorder, Relation, Statement,
-};
-use meliora::model::{ModelKind, Program, State};
 use meliora::planning::explain::Action;
-use meliora::planning::{
-    Analysis, AnalysisResult, Explanation, FiniteMemoryStrategy, Options, Safety, StrategyKind,
-};
+use meliora::planning::{AnalysisResult, Explanation};
 use proptest::prelude::*;
 
 use super::{settings, thresholds};
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 
 /// Turns a program into a game of one player.
 pub(crate) fn as_game(program: &Program) -> Program {
@@ -58,8 +47,7 @@ fn preferences(targets: &[Predicate]) -> Arc<Preferences> {
 
 fn analysed(engine: AnyEngine, targets: &[Predicate], safety: Safety) -> AnalysisResult {
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), &preferences(targets), options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), &preferences(targets), options);
     analysis.result().clone()
 }
 
@@ -67,8 +55,7 @@ fn analysed(engine: AnyEngine, targets: &[Predicate], safety: Safety) -> Analysi
 fn explained(engine: AnyEngine, program: &Arc<Program>, safety: Safety) -> Vec<Explanation> {
     let targets = [0, 1].map(|at| program.labels[at].1).map(|target| program.predicate(target));
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), &preferences(&targets), options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), &preferences(&targets), options);
     let engine = analysis.engine();
     let states = engine.list_states(&engine.all_states(), 40).unwrap();
     let mut found = Vec::new();

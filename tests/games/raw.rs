@@ -2,12 +2,8 @@
 //! sides.
 
 use std::fmt::Write;
-use std::sync::Arc;
 
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
+use crate::common::prelude::*;
 
 /// A game: for each state whether the opponent chooses there, and the successors of each choice.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -154,7 +150,7 @@ fn backwards<'a>(n: usize, target: &[bool], next: impl Fn(usize) -> &'a [usize])
 
 /// Reads a game.
 pub(crate) fn program(text: &str) -> Program {
-    lang::load(&SourceFile::new("game", text), &SourceFile::new("", "")).unwrap().program
+    parsed(text)
 }
 
 /// Reads a game and preferences.

@@ -1,17 +1,12 @@
 //! The four regions of games against all memoryless strategies of both sides.
 
-use std::sync::Arc;
-
-use meliora::advanced::symbolic::Thresholds;
-use meliora::engine::regions::{Regions, Which, holds, regions};
-use meliora::engine::{Algebra, Engine, ExplicitEngine, Scope, Settings, SymbolicEngine};
-use meliora::model::Program;
-use meliora::model::predicate::Predicate;
+use meliora::engine::regions::{Which, holds};
 use meliora::model::property::{Bound, Strategies};
 use proptest::prelude::*;
 
 use super::raw::{Enforced, Raw, Won, program};
 use super::{settings, some_game, thresholds};
+use crate::common::prelude::*;
 
 /// Returns the regions as one entry per state of the raw game, whose states have these values.
 fn found<E: Engine>(engine: &E, target: &Predicate, values: &[Vec<i64>]) -> Regions<Won> {

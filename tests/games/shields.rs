@@ -1,16 +1,12 @@
 //! Shields of games: the promise holds against every memoryless strategy of the opponent.
 
-use std::sync::Arc;
-
-use meliora::engine::{ExplicitEngine, Scope};
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, Kind, Options, Safety, Shield, ShieldNode, StrategyKind,
-};
+use meliora::planning::ShieldNode;
 use proptest::prelude::*;
 
 use super::levels::{Case, some_case};
 use super::raw::{Raw, Won, loaded};
 use super::{settings, thresholds};
+use crate::common::prelude::*;
 
 /// Maximum number of pairs of strategies that a check enumerates.
 const MOST_PAIRS: usize = 1024;
@@ -20,8 +16,7 @@ fn shield(case: &Case, safety: Safety, kind: StrategyKind) -> Shield {
     let (program, preferences) = loaded(&case.raw.text(), &case.preferences());
     let engine = ExplicitEngine::new(Arc::clone(&program), settings(Scope::All, thresholds()[0])).unwrap();
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), &preferences, options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), &preferences, options);
     let objectives = (kind == StrategyKind::Achieve).then_some(0);
     let strategy = FiniteMemoryStrategy::of_kind(&analysis, &program, kind, kind.levels(), objectives);
     Shield::new(&mut strategy.unwrap().unwrap(), 10_000).unwrap()

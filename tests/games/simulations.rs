@@ -1,14 +1,12 @@
 //! Simulated runs of games against both opponents.
 
-use meliora::engine::Storage;
+use meliora::planning::Opponent;
 use meliora::planning::tally::Tally;
-use meliora::planning::{
-    InducedModel, Kind, Opponent, Rank, Safety, Scheduler, Setup, Simulation, StrategyKind,
-};
 use proptest::prelude::*;
 
 use super::levels::{Case, Reference, some_case};
 use super::strategies::{Analysed, Strategy, each};
+use crate::common::prelude::*;
 
 const SETUP: Setup = Setup { scheduler: Scheduler::Progress, runs: 12, steps: 150, seed: 5 };
 

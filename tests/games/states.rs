@@ -1,13 +1,7 @@
 //! The texts of games: players and their states, and refusals.
 
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
-use meliora::planning::{Analysis, Options, Safety};
-
 use super::raw::{loaded, program};
+use crate::common::prelude::*;
 
 const GAME: &str = "smg
 player p1 one, [go] endplayer
@@ -217,8 +211,7 @@ fn the_library_refuses_work_for_one_player() {
     let wishes = "empty = gain; objective A = F x=0; objective B = F y=1; prefer B > A;";
     let (program, preferences) = loaded(&text, wishes);
     let engine = Arc::new(AnyEngine::new(program.clone(), Settings::default()).unwrap());
-    let mut analysis = Analysis::new(&engine, &preferences, Options::default());
-    analysis.run(&mut |_| ()).unwrap();
+    let mut analysis = finished(&engine, &preferences, Options::default());
     refused(analysis.run_jointly(&mut |_| ()), "`--jointly` of a game");
     let transition = Options { safety: Safety::Transition, ..Options::default() };
     refused(

@@ -1,22 +1,15 @@
 //! Strategies of games against every behaviour of the opponent: the states that a strategy may visit, with
 //! its memory, are a game in which only the opponent chooses.
 
-use std::collections::BTreeSet;
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Scope, Settings, Storage};
-use meliora::model::Program;
-use meliora::model::preference::{Change, ObjectiveSet, Preferences};
+use meliora::model::preference::ObjectiveSet;
 use meliora::planning::explain::{Successor, Verdict};
 use meliora::planning::induced_model::Node;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Options, Rank, Safety, Scheduler, StrategyKind,
-};
 use proptest::prelude::*;
 
 use super::levels::{Case, Reference, Set, some_case};
 use super::raw::{Raw, Won, loaded};
 use super::{settings, some_game, thresholds};
+use crate::common::prelude::*;
 
 pub(crate) type Strategy = FiniteMemoryStrategy<AnyEngine>;
 
@@ -32,8 +25,7 @@ impl Analysed {
         let (program, preferences) = loaded(text, preferences);
         let settings = Settings { storage, ..settings(Scope::All, thresholds()[0]) };
         let engine = Arc::new(AnyEngine::new(program.clone(), settings).unwrap());
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, ..Options::default() });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, ..Options::default() });
         Analysed { program, preferences, analysis }
     }
 

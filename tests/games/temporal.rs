@@ -1,21 +1,10 @@
 //! Temporal objectives of games: against all memoryless strategies of both sides on the product with
 //! the monitors, against the model with one player, and one engine against the other.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
-
 use meliora::advanced::lang::ltl::{Monitoring, parse_formula};
-use meliora::engine::regions::Regions;
-use meliora::engine::{Engine, ExplicitEngine, Scope, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::model::predicate::Predicate;
-use meliora::model::preference::Preferences;
 use meliora::model::temporal::{Asks, Begin, Condition};
-use meliora::model::{ModelKind, Program, State};
+use meliora::planning::AnalysisResult;
 use meliora::planning::temporal::judged;
-use meliora::planning::{
-    Analysis, AnalysisResult, FiniteMemoryStrategy, Kind, Options, RegionSearch, Safety, StrategyKind,
-};
 use proptest::collection::vec;
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -23,9 +12,8 @@ use proptest::sample::select;
 use super::one_player::as_game;
 use super::raw::{Enforced, Raw, Won, loaded, program};
 use super::{settings, thresholds};
-use crate::common::amount::{share, takes};
+use crate::common::prelude::*;
 use crate::common::random_game::with_turns;
-use crate::common::random_program::{random_predicate, random_program};
 
 pub(super) const REFUSED: &str = "a temporal formula of a game that combines recurrence and persistence";
 /// Products with more pairs of strategies are not enumerated.
@@ -410,8 +398,7 @@ pub(super) fn analysed<E: Engine>(
     safety: Safety,
 ) -> (Analysis<E>, AnalysisResult) {
     let options = Options { safety, ..Options::default() };
-    let mut analysis = Analysis::new(&Arc::new(engine), preferences, options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&Arc::new(engine), preferences, options);
     let result = analysis.result().clone();
     (analysis, result)
 }

@@ -1,19 +1,14 @@
 //! Preferences over temporal objectives of games: outcomes against the regions of each formula, and against the
 //! model with one player.
 
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, Count, Engine, ExplicitEngine, Scope, SymbolicEngine};
-use meliora::error::{Error, SourceFile};
-use meliora::model::Program;
-use meliora::model::preference::{Goal, Objective, Preferences};
-use meliora::planning::{AnalysisResult, RegionSearch, Safety};
+use meliora::planning::AnalysisResult;
 use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::raw::{loaded, program};
 use super::temporal::{REFUSED, analysed, formula, game, mdp, without_moves};
 use super::{settings, thresholds};
+use crate::common::prelude::*;
 
 /// Preferences over three formulas, with a requirement.
 fn preferences(formulas: &[String], required: &str) -> String {

@@ -1,16 +1,10 @@
 //! Random games of modules that synchronise and take turns: one engine against the other.
 
-use std::sync::Arc;
-
-use meliora::engine::regions::{Regions, regions};
-use meliora::engine::{Engine, ExplicitEngine, Scope, SymbolicEngine};
-use meliora::model::predicate::Predicate;
-use meliora::model::{ModelKind, State};
 use proptest::prelude::*;
 
 use super::{settings, thresholds};
+use crate::common::prelude::*;
 use crate::common::random_game::with_turns;
-use crate::common::random_program::{random_predicate, random_program};
 
 fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
     let found = regions(engine, &engine.states_where(target).unwrap()).unwrap();

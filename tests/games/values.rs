@@ -1,17 +1,14 @@
 //! Probabilities, costs and numbers of improvements against an opponent: over all pairs of pure strategies of small games,
 //! and in games with known values.
 
-use std::sync::Arc;
-
-use meliora::engine::Storage;
-use meliora::model::exact::Ratio;
-use meliora::planning::{Kind, Opponent, Rank, Safety, Scheduler, Setup, Simulation, StrategyKind};
-use meliora::quantities::{Aim, Bounds, Chooser, Interval, Steps, ValueOptions, Values};
-use num_traits::{FromPrimitive, One, ToPrimitive, Zero};
+use meliora::planning::Opponent;
+use meliora::quantities::{Bounds, Chooser, Interval};
+use num_traits::{FromPrimitive, ToPrimitive};
 use proptest::prelude::*;
 
 use super::levels::{Case, Reference, some_case};
 use super::strategies::Analysed;
+use crate::common::prelude::*;
 
 pub(crate) const LEVELS: usize = 2;
 

@@ -1,14 +1,8 @@
 //! Numbers at the edges: as PRISM has them, or an error at its place; in both engines alike.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Scope, Settings};
-use meliora::error::{Error, SourceFile};
-use meliora::lang;
-use meliora::model::Program;
 use meliora::model::value::Value;
+
+use crate::common::prelude::*;
 
 /// Returns the value of a constant, or the error message and the text that it points at.
 fn constant(ty: &str, expression: &str) -> Result<Value, (String, String)> {
@@ -111,7 +105,7 @@ fn reals_are_those_of_prism() {
 }
 
 fn program(text: &str) -> Arc<Program> {
-    Arc::new(lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program)
+    Arc::new(parsed(text))
 }
 
 /// Returns the first error message of each engine for a model; none if the engine accepts it.
@@ -229,12 +223,7 @@ fn a_type_is_wrong_also_where_nothing_is_evaluated() {
 
 #[test]
 fn a_target_without_a_value_in_any_state_is_refused() {
-    let program = lang::load(
-        &SourceFile::new("m", "mdp const int N=0; module m x:[0..1]; endmodule"),
-        &SourceFile::new("c", ""),
-    )
-    .unwrap()
-    .program;
+    let program = parsed("mdp const int N=0; module m x:[0..1]; endmodule");
     let target = |text: &str| {
         let source = SourceFile::new("t", text);
         lang::lower_target(&program, &source, &lang::parse_expression(&source).unwrap()).is_ok()

@@ -25,6 +25,11 @@ pub(super) fn snapshot(name: &str, text: impl AsRef<str>) {
     settings.bind(|| insta::assert_snapshot!(name, text.as_ref()));
 }
 
+/// The snapshot of the outputs for the cases of a theme.
+fn snapshots(name: &str, run: impl Fn(&str) -> String) -> impl Fn(&[&str]) {
+    move |cases| snapshot(name, all(cases, &run))
+}
+
 pub(super) fn model(text: &str) -> String {
     model_with(text, "")
 }
@@ -50,121 +55,91 @@ fn target(text: &str) -> String {
 
 #[test]
 fn errors_of_syntax_are_shown_at_their_place() {
-    snapshot(
-        "syntax",
-        all(
-            &[
-                "mdp\nmodule m\n x : [0..3]\n [] x=0 -> true;\nendmodule",
-                "mdp\nmodule m\n x : [0..3];\n [] x=0 -> (x'=1;\n [] x=1 -> (x=2);\n [] -> true;\n y @ 3;\nendmodule",
-                "mdp\nmodule m\n x : [0..3];\n [] x=0 -> true;\n",
-                "mdp\nmodule m\n x : bool;\nmodule n endmodule",
-                "mdp\nmodule m\n [] true -> 0.5 : true + true;\nendmodule",
-                "mdp\nmodule m\n [] true -> true;\n x : bool;\nendmodule",
-                "mdp\nlabel done = true;\nmodule m endmodule",
-                "mdp\nlabel \"a b\" = true;\nmodule m endmodule",
-                "mdp\nlabel \"init\" = true;\nmodule m endmodule",
-                "mdp\nformula f = ;\nformula g = 1 + ;\nmodule m endmodule",
-                "mdp\nformula f = a = !b;\nmodule m endmodule",
-                "mdp\nformula f = 2 ^ 3 ^ 2;\nmodule m endmodule",
-                "mdp\nformula f = 99999999999999999999 + 1e999;\nmodule m endmodule",
-                "mdp\nformula f = 99999999999999999999;\nformula g = 1e999;\nmodule m endmodule",
-                "mdp\n#const N# \nmodule m endmodule",
-                "mdp\nlabel \"open = true;\nmodule m endmodule",
-                "mdp\ndtmc\nmodule m endmodule",
-                "mdp\nrewards x : 1 endrewards\nmodule m endmodule",
-                "mdp\nrewards true : 1;\nmodule m endmodule",
-                "mdp\ninit true\nmodule m endmodule",
-                "hello\nmodule m endmodule",
-                "mdp\nsystem a || b ||| c endsystem\nmodule a endmodule",
-                "mdp\nmodule m\n [] P>=1 -> true;\nendmodule",
-            ],
-            model,
-        ),
-    );
+    snapshots("syntax", model)(&[
+        "mdp\nmodule m\n x : [0..3]\n [] x=0 -> true;\nendmodule",
+        "mdp\nmodule m\n x : [0..3];\n [] x=0 -> (x'=1;\n [] x=1 -> (x=2);\n [] -> true;\n y @ 3;\nendmodule",
+        "mdp\nmodule m\n x : [0..3];\n [] x=0 -> true;\n",
+        "mdp\nmodule m\n x : bool;\nmodule n endmodule",
+        "mdp\nmodule m\n [] true -> 0.5 : true + true;\nendmodule",
+        "mdp\nmodule m\n [] true -> true;\n x : bool;\nendmodule",
+        "mdp\nlabel done = true;\nmodule m endmodule",
+        "mdp\nlabel \"a b\" = true;\nmodule m endmodule",
+        "mdp\nlabel \"init\" = true;\nmodule m endmodule",
+        "mdp\nformula f = ;\nformula g = 1 + ;\nmodule m endmodule",
+        "mdp\nformula f = a = !b;\nmodule m endmodule",
+        "mdp\nformula f = 2 ^ 3 ^ 2;\nmodule m endmodule",
+        "mdp\nformula f = 99999999999999999999 + 1e999;\nmodule m endmodule",
+        "mdp\nformula f = 99999999999999999999;\nformula g = 1e999;\nmodule m endmodule",
+        "mdp\n#const N# \nmodule m endmodule",
+        "mdp\nlabel \"open = true;\nmodule m endmodule",
+        "mdp\ndtmc\nmodule m endmodule",
+        "mdp\nrewards x : 1 endrewards\nmodule m endmodule",
+        "mdp\nrewards true : 1;\nmodule m endmodule",
+        "mdp\ninit true\nmodule m endmodule",
+        "hello\nmodule m endmodule",
+        "mdp\nsystem a || b ||| c endsystem\nmodule a endmodule",
+        "mdp\nmodule m\n [] P>=1 -> true;\nendmodule",
+    ]);
 }
 
 #[test]
 fn a_keyword_is_no_name() {
-    snapshot(
-        "keywords_as_names",
-        all(
-            &[
-                "mdp\nmodule module endmodule",
-                "mdp\nconst int F = 3;\nmodule m endmodule",
-                "mdp\nmodule m\n label : [0..2];\nendmodule",
-                "mdp\nmodule m\n x : bool;\n [system] x -> true;\nendmodule",
-                "mdp\nmodule m\n x : bool;\n [] X -> (G'=true);\nendmodule",
-            ],
-            model,
-        ),
-    );
+    snapshots("keywords_as_names", model)(&[
+        "mdp\nmodule module endmodule",
+        "mdp\nconst int F = 3;\nmodule m endmodule",
+        "mdp\nmodule m\n label : [0..2];\nendmodule",
+        "mdp\nmodule m\n x : bool;\n [system] x -> true;\nendmodule",
+        "mdp\nmodule m\n x : bool;\n [] X -> (G'=true);\nendmodule",
+    ]);
 }
 
 #[test]
 fn what_is_not_supported_is_refused_by_name() {
-    snapshot(
-        "not_supported",
-        all(
-            &[
-                "ctmc\nmodule m endmodule",
-                "stochastic\nmodule m endmodule",
-                "pta\nmodule m\n t : clock;\n invariant t<3 endinvariant\n [] true -> true;\nendmodule",
-                "csg\nmodule m endmodule",
-                "pomdp\nobservables x endobservables\nmodule m\n x : bool;\nendmodule",
-                "ma\nmodule m endmodule",
-                "mdp\nmodule m\n x : int;\n y : double;\nendmodule",
-                "mdp\nsystem \"one\" m endsystem\nmodule m endmodule",
-                "mdp\nmodule m\n x : bool;\n [] multi(x, x) -> true;\nendmodule",
-                "mdp\nmodule m\n x : bool;\n [] x -> [0.1,0.2] : (x'=true) + [0.8,0.9] : (x'=false);\nendmodule",
-            ],
-            model,
-        ),
-    );
+    snapshots("not_supported", model)(&[
+        "ctmc\nmodule m endmodule",
+        "stochastic\nmodule m endmodule",
+        "pta\nmodule m\n t : clock;\n invariant t<3 endinvariant\n [] true -> true;\nendmodule",
+        "csg\nmodule m endmodule",
+        "pomdp\nobservables x endobservables\nmodule m\n x : bool;\nendmodule",
+        "ma\nmodule m endmodule",
+        "mdp\nmodule m\n x : int;\n y : double;\nendmodule",
+        "mdp\nsystem \"one\" m endsystem\nmodule m endmodule",
+        "mdp\nmodule m\n x : bool;\n [] multi(x, x) -> true;\nendmodule",
+        "mdp\nmodule m\n x : bool;\n [] x -> [0.1,0.2] : (x'=true) + [0.8,0.9] : (x'=false);\nendmodule",
+    ]);
 }
 
 #[test]
 fn names_that_are_unknown_or_taken_are_errors() {
-    snapshot(
-        "names",
-        all(
-            &[
-                "mdp\nconst int x = 1;\nmodule m\n x : bool;\nendmodule\nmodule m endmodule",
-                "mdp\nlabel \"a\" = true;\nlabel \"a\" = false;\nmodule m endmodule",
-                "mdp\nmodule m\n count : [0..3];\n [] coutn=1 & cont=2 -> (Count'=1);\nendmodule",
-                "mdp\nmodule m\n x : bool;\n [] \"done\" -> true;\nendmodule",
-                "mdp\nformula f = g(1);\nmodule m endmodule",
-                "mdp\nformula f = pow(1);\nformula g = mod(1);\nformula h = floor(1, 2);\nmodule m endmodule",
-                "mdp\ninit true endinit\ninit true endinit\nmodule m endmodule",
-                "mdp\n",
-            ],
-            model,
-        ),
-    );
+    snapshots("names", model)(&[
+        "mdp\nconst int x = 1;\nmodule m\n x : bool;\nendmodule\nmodule m endmodule",
+        "mdp\nlabel \"a\" = true;\nlabel \"a\" = false;\nmodule m endmodule",
+        "mdp\nmodule m\n count : [0..3];\n [] coutn=1 & cont=2 -> (Count'=1);\nendmodule",
+        "mdp\nmodule m\n x : bool;\n [] \"done\" -> true;\nendmodule",
+        "mdp\nformula f = g(1);\nmodule m endmodule",
+        "mdp\nformula f = pow(1);\nformula g = mod(1);\nformula h = floor(1, 2);\nmodule m endmodule",
+        "mdp\ninit true endinit\ninit true endinit\nmodule m endmodule",
+        "mdp\n",
+    ]);
 }
 
 #[test]
 fn operands_of_wrong_types_are_errors() {
-    snapshot(
-        "types",
-        all(
-            &[
-                "[] x -> true;",
-                "[] x/2 = 1 -> (x'=x/2);",
-                "[] x = b -> true;",
-                "[] b < b -> true;",
-                "[] !x & -b > 0 -> true;",
-                "[] b & 1 | x -> true;",
-                "[] true -> b : (x'=1) + 0.5 : (b'=1);",
-                "[] (b ? 1 : true) -> true;",
-                "[] (x ? true : b) -> true;",
-                "[] mod(x, 1.5) = 0 -> true;",
-                "[] max(x, b) = 0 -> true;",
-                "[] floor(b) = 0 -> true;",
-                "[] x => b -> true;",
-            ],
-            with_commands,
-        ),
-    );
+    snapshots("types", with_commands)(&[
+        "[] x -> true;",
+        "[] x/2 = 1 -> (x'=x/2);",
+        "[] x = b -> true;",
+        "[] b < b -> true;",
+        "[] !x & -b > 0 -> true;",
+        "[] b & 1 | x -> true;",
+        "[] true -> b : (x'=1) + 0.5 : (b'=1);",
+        "[] (b ? 1 : true) -> true;",
+        "[] (x ? true : b) -> true;",
+        "[] mod(x, 1.5) = 0 -> true;",
+        "[] max(x, b) = 0 -> true;",
+        "[] floor(b) = 0 -> true;",
+        "[] x => b -> true;",
+    ]);
 }
 
 #[test]
@@ -198,189 +173,145 @@ fn constants_without_a_value_of_their_type_are_errors() {
 
 #[test]
 fn variables_without_a_range_or_a_value_in_it_are_errors() {
-    snapshot(
-        "variables",
-        all(
-            &[
-                "mdp\nmodule m\n x : [3..1];\nendmodule",
-                "mdp\nmodule m\n x : [0..y];\n y : [0..1.5];\nendmodule",
-                "mdp\nmodule m\n x : [0..9007199254740993];\nendmodule",
-                "mdp\nmodule m\n x : [0..3] init 4;\n y : bool init 1;\nendmodule",
-                "mdp\nmodule m\n x : [0..3] init 1;\nendmodule\ninit x=2 endinit",
-                "mdp\nmodule m\n x : [0..3];\nendmodule\ninit x endinit",
-            ],
-            model,
-        ),
-    );
+    snapshots("variables", model)(&[
+        "mdp\nmodule m\n x : [3..1];\nendmodule",
+        "mdp\nmodule m\n x : [0..y];\n y : [0..1.5];\nendmodule",
+        "mdp\nmodule m\n x : [0..9007199254740993];\nendmodule",
+        "mdp\nmodule m\n x : [0..3] init 4;\n y : bool init 1;\nendmodule",
+        "mdp\nmodule m\n x : [0..3] init 1;\nendmodule\ninit x=2 endinit",
+        "mdp\nmodule m\n x : [0..3];\nendmodule\ninit x endinit",
+    ]);
 }
 
 #[test]
 fn updates_that_cannot_be_made_are_errors() {
-    snapshot(
-        "updates",
-        all(
-            &[
-                "mdp\nmodule m\n x : [0..3];\n [] true -> (x'=1) & (x'=2);\nendmodule",
-                "mdp\nmodule m\n x : [0..3];\nendmodule\nmodule n\n [] true -> (x'=1);\nendmodule",
-                "mdp\nglobal g : [0..3];\nmodule m\n [a] true -> (g'=1);\nendmodule",
-                "mdp\nconst int N = 1;\nmodule m\n [] true -> (N'=1) & (z'=1);\nendmodule",
-            ],
-            model,
-        ),
-    );
+    snapshots("updates", model)(&[
+        "mdp\nmodule m\n x : [0..3];\n [] true -> (x'=1) & (x'=2);\nendmodule",
+        "mdp\nmodule m\n x : [0..3];\nendmodule\nmodule n\n [] true -> (x'=1);\nendmodule",
+        "mdp\nglobal g : [0..3];\nmodule m\n [a] true -> (g'=1);\nendmodule",
+        "mdp\nconst int N = 1;\nmodule m\n [] true -> (N'=1) & (z'=1);\nendmodule",
+    ]);
 }
 
 #[test]
 fn renamings_that_name_no_module_or_leave_names_are_errors() {
     let base = "mdp\nmodule m\n x : [0..3];\n y : bool;\n [] true -> (x'=1) & (y'=true);\nendmodule\n";
-    snapshot(
-        "renaming",
-        all(
-            &[
-                "module n = m [x=z] endmodule",
-                "module n = k [x=z, y=w] endmodule",
-                "module n = n [x=z, y=w] endmodule",
-                "module n = m [x=z, x=w, y=v] endmodule",
-                "module n = m [x=x, y=w] endmodule",
-                "module n = m [x=z, y=z] endmodule",
-                "module n = m [x=z y=w] endmodule",
-            ],
-            |text| model(&format!("{base}{text}")),
-        ),
-    );
+    snapshots("renaming", |text| model(&format!("{base}{text}")))(&[
+        "module n = m [x=z] endmodule",
+        "module n = k [x=z, y=w] endmodule",
+        "module n = n [x=z, y=w] endmodule",
+        "module n = m [x=z, x=w, y=v] endmodule",
+        "module n = m [x=x, y=w] endmodule",
+        "module n = m [x=z, y=z] endmodule",
+        "module n = m [x=z y=w] endmodule",
+    ]);
 }
 
 #[test]
 fn compositions_of_wrong_modules_or_actions_are_errors() {
     let base = "mdp\nmodule a\n x : bool;\n [s] x -> true;\nendmodule\nmodule b = a [x=y] endmodule\n";
-    snapshot(
-        "composition",
-        all(
-            &[
-                "system a endsystem",
-                "system a || a || b endsystem",
-                "system a || b || c endsystem",
-                "system a |[t]| b endsystem",
-                "system (a || b) / {t} endsystem",
-                "system (a || b) {t<-s} endsystem",
-                "system (a || b) {s<-t, s<-u} endsystem",
-                "system a || b endsystem system a || b endsystem",
-                "system a || b",
-            ],
-            |text| model(&format!("{base}{text}")),
-        ),
-    );
+    snapshots("composition", |text| model(&format!("{base}{text}")))(&[
+        "system a endsystem",
+        "system a || a || b endsystem",
+        "system a || b || c endsystem",
+        "system a |[t]| b endsystem",
+        "system (a || b) / {t} endsystem",
+        "system (a || b) {t<-s} endsystem",
+        "system (a || b) {s<-t, s<-u} endsystem",
+        "system a || b endsystem system a || b endsystem",
+        "system a || b",
+    ]);
 }
 
 #[test]
 fn targets_that_are_no_conditions_are_errors() {
-    snapshot(
-        "targets",
-        all(
-            &[
-                "y = 1",
-                "x + 1",
-                "\"dnoe\"",
-                "x = 1 x",
-                "",
-                "(x = 1",
-                "low & \"done\" & \"init\" & \"deadlock\" & N=3",
-            ],
-            target,
-        ),
-    );
+    snapshots("targets", target)(&[
+        "y = 1",
+        "x + 1",
+        "\"dnoe\"",
+        "x = 1 x",
+        "",
+        "(x = 1",
+        "low & \"done\" & \"init\" & \"deadlock\" & N=3",
+    ]);
 }
 
 #[test]
 fn properties_that_cannot_be_read_are_errors() {
-    snapshot(
-        "properties",
-        all(
-            &[
-                "Pmax=? [ F x=1 ]",
-                "P=? [ F x=1 ]",
-                "P=1 [ F x=1 ]",
-                "P>=0.5 [ F x=1 ]",
-                "P>=0 [ F x=1 ]",
-                "R<=3 [ F x=1 ]",
-                "P>=1.5 [ F x=1 ]",
-                "R{cost}min=? [ F x=1 ]",
-                "R{0}min=? [ F x=1 ]",
-                "R{\"cost\"}min=? [ C<=3 ]",
-                "Rmin=? [ x=0 U x=1 ]",
-                "S>=0.5 [ x=1 ]",
-                "filter(min, P>0 [ F x=1 ])",
-                "P>=1 [ G x=1 ]",
-                "P>=1 [ F<=3 x=1 ]",
-                "P>=1 [ x=0 U x=1 ]",
-                "P>=1 [ F x=0 U x=1 ]",
-                "P>=1 F x=1",
-                "P>=x [ F x=1 ]",
-                "x=1",
-                "P>=1 [ F x=1 ] & true",
-                "Pmax=? [ F x=1 ] > 0.5",
-                "Pmax=? [ F x=1 ]; Pmin=? [ F x=1 ];",
-                "Pmax=? [ F x=1 ]{\"low\"}",
-                "pmax=? [ F x=1 ]",
-                "Smax=? [ x=1 ]",
-                "E [ F x=1 ]",
-                "A [ G x=1 ]",
-                "multi(Pmax=? [ F x=1 ], Pmax=? [ F x=2 ])",
-                "filter(count, \"low\")",
-                "filter(forall, P>0 [ F x=1 ])",
-                "Pmax=? [ C<=3 ]",
-                "Pmax=? [ F{\"cost\"}<=3 x=1 ]",
-                "R{\"cost\"}min=? [ LRA ]",
-                "<<p>> R{\"cost\"}min=? [ Fc x=1 ]",
-                "<<p>> R{\"cost\"}min=? [ F* x=1 ]",
-                "<<p:q>>max=? (P[ F x=1 ] + P[ F x=2 ])",
-                "[[p]] Pmax=? [ F x=1 ]",
-                "Pmax=? [ not \"low\" U x=1 ]",
-                "Pmax=? [ F (x=1 -> x=2) ]",
-            ],
-            |text| rendered(parse_property(&SourceFile::new("--property", text))),
-        ),
-    );
+    snapshots("properties", |text| rendered(parse_property(&SourceFile::new("--property", text))))(&[
+        "Pmax=? [ F x=1 ]",
+        "P=? [ F x=1 ]",
+        "P=1 [ F x=1 ]",
+        "P>=0.5 [ F x=1 ]",
+        "P>=0 [ F x=1 ]",
+        "R<=3 [ F x=1 ]",
+        "P>=1.5 [ F x=1 ]",
+        "R{cost}min=? [ F x=1 ]",
+        "R{0}min=? [ F x=1 ]",
+        "R{\"cost\"}min=? [ C<=3 ]",
+        "Rmin=? [ x=0 U x=1 ]",
+        "S>=0.5 [ x=1 ]",
+        "filter(min, P>0 [ F x=1 ])",
+        "P>=1 [ G x=1 ]",
+        "P>=1 [ F<=3 x=1 ]",
+        "P>=1 [ x=0 U x=1 ]",
+        "P>=1 [ F x=0 U x=1 ]",
+        "P>=1 F x=1",
+        "P>=x [ F x=1 ]",
+        "x=1",
+        "P>=1 [ F x=1 ] & true",
+        "Pmax=? [ F x=1 ] > 0.5",
+        "Pmax=? [ F x=1 ]; Pmin=? [ F x=1 ];",
+        "Pmax=? [ F x=1 ]{\"low\"}",
+        "pmax=? [ F x=1 ]",
+        "Smax=? [ x=1 ]",
+        "E [ F x=1 ]",
+        "A [ G x=1 ]",
+        "multi(Pmax=? [ F x=1 ], Pmax=? [ F x=2 ])",
+        "filter(count, \"low\")",
+        "filter(forall, P>0 [ F x=1 ])",
+        "Pmax=? [ C<=3 ]",
+        "Pmax=? [ F{\"cost\"}<=3 x=1 ]",
+        "R{\"cost\"}min=? [ LRA ]",
+        "<<p>> R{\"cost\"}min=? [ Fc x=1 ]",
+        "<<p>> R{\"cost\"}min=? [ F* x=1 ]",
+        "<<p:q>>max=? (P[ F x=1 ] + P[ F x=2 ])",
+        "[[p]] Pmax=? [ F x=1 ]",
+        "Pmax=? [ not \"low\" U x=1 ]",
+        "Pmax=? [ F (x=1 -> x=2) ]",
+    ]);
 }
 
 #[test]
 fn preferences_that_cannot_be_read_or_met_are_errors() {
-    snapshot(
-        "preferences",
-        all(
-            &[
-                "objective A = x=1;\nobjective = F y;\nprefer A;\nprefer A < B;\nprefer A > ;\nempty = nothing;",
-                "objective A = F (x=1)\nobjective B = F (x=2);",
-                "objective nothing = F x;",
-                "empty = gain;\nempty = bottom;",
-                "prefers A > B;\nprefer A, > B;",
-                "prefer A > B",
-            ],
-            |text| rendered(parse_preferences(&SourceFile::new("p.pref", text))),
-        ),
-    );
+    snapshots("preferences", |text| rendered(parse_preferences(&SourceFile::new("p.pref", text))))(&[
+        "objective A = x=1;\nobjective = F y;\nprefer A;\nprefer A < B;\nprefer A > ;\nempty = nothing;",
+        "objective A = F (x=1)\nobjective B = F (x=2);",
+        "objective nothing = F x;",
+        "empty = gain;\nempty = bottom;",
+        "prefers A > B;\nprefer A, > B;",
+        "prefer A > B",
+    ]);
 }
 
 #[test]
 fn states_that_do_not_exist_are_errors() {
     let checked =
         load(&SourceFile::new("m", SMALL), &SourceFile::new("--const", "")).expect("the model is right");
-    snapshot(
-        "states",
-        all(&["z=1,x=true,b=1", "x=4", "x=1,x=2", "x", "x=1;b=true"], |text| {
-            rendered(parse_state(&SourceFile::new("--at", text), &checked.program))
-        }),
-    );
+    snapshots("states", |text| rendered(parse_state(&SourceFile::new("--at", text), &checked.program)))(&[
+        "z=1,x=true,b=1",
+        "x=4",
+        "x=1,x=2",
+        "x",
+        "x=1;b=true",
+    ]);
 }
 
 #[test]
 fn given_constants_that_do_not_fit_are_errors() {
-    snapshot(
-        "constants_on_the_command_line",
-        all(&["a=b", "=3", "a==3", "a=--1", "true=1"], |text| {
-            rendered(parse_constants(&SourceFile::new("--const", text)))
-        }),
-    );
+    snapshots("constants_on_the_command_line", |text| {
+        rendered(parse_constants(&SourceFile::new("--const", text)))
+    })(&["a=b", "=3", "a==3", "a=--1", "true=1"]);
 }
 
 #[test]

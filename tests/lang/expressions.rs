@@ -1,17 +1,10 @@
 //! Expressions mean the same as diagrams, as compiled code, folded as constants and by the reference
 //! evaluation, in every state.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::{Engine, Scope, Settings};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Error, SourceFile};
-use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
-use meliora::model::predicate::Predicate;
 use meliora::model::value::{EvalError, Type, Value};
-use meliora::model::{ModelKind, Program, VarId, Variable};
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 /// The tree of an expression; its types are corrected when it is lowered.
 #[derive(Debug, Clone)]
@@ -200,27 +193,7 @@ fn all_states(variables: &[Variable]) -> Vec<Vec<i64>> {
 }
 
 fn program(pool: ExprPool, initial: ExprId) -> Program {
-    Program {
-        source: SourceFile::new("test", ""),
-        kind: ModelKind::Mdp,
-        constants: vec![],
-        given_constants: vec![],
-        pool: pool.into(),
-        variables: variables(),
-        modules: vec![],
-        initial,
-        actions: vec![],
-        commands: vec![],
-        synchronisations: vec![],
-        labels: vec![],
-        formulas: vec![],
-        rewards: Vec::new(),
-        inexact: None,
-        monitors: None,
-        stop: None,
-        planning: None,
-        players: None,
-    }
+    Program { kind: ModelKind::Mdp, variables: variables(), ..empty_program(pool, initial) }
 }
 
 /// The sets of states of both engines in which a condition holds, as a list over all states; or that

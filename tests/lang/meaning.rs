@@ -1,20 +1,13 @@
 //! The meaning of models once they are flat: precedence, renaming, constants, composition.
 
-use std::sync::Arc;
-
 use meliora::advanced::lang::property::{
     Bound, Inequality, Measure, Named, Optimum, PropertyKind, Rewards, Strategies,
 };
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Engine, Settings};
-use meliora::error::SourceFile;
 use meliora::lang::{flat, load, lower_target, parse_expression, parse_property, parse_state};
-use meliora::model::exact::Ratio;
-use meliora::model::step::{Choice, Step};
 use meliora::model::value::Value;
-use meliora::model::{Program, State};
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 fn program_with(text: &str, constants: &str) -> Program {
     let loaded = load(&SourceFile::new("m.prism", text), &SourceFile::new("--const", constants));

@@ -1,15 +1,14 @@
 //! Preference files over a program: their meaning and their errors.
 
-use meliora::error::{Error, SourceFile, render};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::{Comparison, Empty, Preferences};
+use meliora::model::preference::Comparison;
+
+use crate::common::prelude::*;
 
 const MODEL: &str = "mdp\nmodule m\n  x : [0..3] init 0;\n  [] x<3 -> (x'=x+1);\nendmodule\n\
                      label \"done\" = x=3;\nformula half = x>=2;\n";
 
 fn program() -> Program {
-    lang::load(&SourceFile::new("m", MODEL), &SourceFile::new("--const", "")).unwrap().program
+    parsed(MODEL)
 }
 
 fn load(text: &str) -> Result<Preferences, Error> {

@@ -1,9 +1,9 @@
 //! Reward structures: the values that choices earn, and the errors in them.
 
-use meliora::error::{Error, SourceFile};
-use meliora::lang::{Checked, flat, load};
-use meliora::model::Program;
+use meliora::lang::{flat, load};
 use num_rational::BigRational;
+
+use crate::common::prelude::*;
 
 fn checked(text: &str) -> Checked {
     load(&SourceFile::new("m", text), &SourceFile::new("--const", "")).expect("the model is right")

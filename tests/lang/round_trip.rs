@@ -1,13 +1,13 @@
 //! A written text is read back as the same tree; broken text never panics.
 
-use meliora::advanced::lang::ast::*;
-use meliora::error::SourceFile;
+use meliora::advanced::lang::ast::{Model, *};
 use meliora::lang::{flat, load, parse_expression, parse_model, parse_preferences, parse_property};
-use meliora::model::ModelKind;
 use meliora::model::value::Value;
 use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 const LEVELS: &[&[BinaryOp]] = &[
     &[BinaryOp::Implies],

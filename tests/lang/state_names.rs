@@ -1,10 +1,10 @@
 //! States whose values have names: printed states are read back as the same states.
 
-use meliora::error::{Error, SourceFile};
 use meliora::lang::{load, parse_state};
-use meliora::model::Program;
 use meliora::model::valuation::Valuation;
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 /// A model of two variables whose values have these names, and a third one without names.
 fn program(names: &[Vec<String>; 2]) -> Program {

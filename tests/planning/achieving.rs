@@ -1,22 +1,13 @@
 //! Objectives are achieved when the path so far decides them, and not before; and both engines say the
 //! same of every state, of Markov chains and of deadlocks too.
 
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, AnyEngine, Engine, Scope, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::tally::Trace;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Options, Safety, Scheduler, Setup, Simulation, StrategyKind,
-};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
 use crate::common::coverage::draw_until;
 use crate::common::graphs::{bottom_components, chain, edges};
+use crate::common::prelude::*;
 use crate::planning::literal::Set;
 use crate::planning::loaded::Loaded;
 
@@ -106,10 +97,7 @@ impl Drawn {
         for (i, j) in self.above.iter().filter(|(i, j)| i > j && *i < self.formulas.len()) {
             wishes += &format!("prefer o{i} > o{j};\n");
         }
-        let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-        let lang::Task { program, preferences } =
-            lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
-        (Arc::new(program), Arc::new(preferences))
+        task(text, wishes)
     }
 
     /// The objectives that the states of a path decide.
@@ -132,8 +120,7 @@ fn analysed(drawn: &Drawn, storage: Storage, safety: Safety) -> Analysed {
     let (program, preferences) = drawn.load();
     let settings = Settings { scope: Scope::Reachable, storage, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());
-    let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
     (program, analysis)
 }
 

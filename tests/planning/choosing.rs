@@ -2,15 +2,11 @@
 //! values that were computed. Cases come from [`crate::planning::quantities`].
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
-use meliora::engine::Engine;
-use meliora::model::State;
-use meliora::model::exact::Ratio;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Memory, Safety};
-use meliora::quantities::{Aim, Choose, Chooser, Steps, ValueOptions, ValuedRule, Values};
-use num_traits::{One, Zero};
+use meliora::planning::Memory;
+use meliora::quantities::{Choose, Chooser, ValuedRule};
 
+use crate::common::prelude::*;
 use crate::planning::loaded::Loaded;
 use crate::planning::quantities::{chain, exact};
 use crate::planning::worlds::World;

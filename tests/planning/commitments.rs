@@ -2,25 +2,16 @@
 //! commits only where kept choices achieve no most preferred objective; then it achieves the objective
 //! that it committed to.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Scope, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::{Empty, ObjectiveSet, Preferences, Relation, Statement};
+use meliora::model::preference::ObjectiveSet;
 use meliora::planning::finite_memory::{Manner, Pursuit};
 use meliora::planning::induced_model::Node;
 use meliora::planning::tally::{Commitment, Trace};
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Options, Safety, Scheduler, Setup, Simulation,
-    StrategyKind,
-};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
 use crate::common::coverage::draw_until;
 use crate::common::graphs::{bottom_components, edges};
+use crate::common::prelude::*;
 use crate::planning::Case;
 use crate::planning::generate::{case, order};
 use crate::planning::literal::{Literal, Set, almost_sure};
@@ -68,10 +59,7 @@ fn load(case: &Case, empty: Empty) -> (Arc<Program>, Arc<Preferences>) {
         };
         wishes += &format!("prefer o{} {relation} o{};\n", statement.left, statement.right);
     }
-    let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
-    let lang::Task { program, preferences } =
-        lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
-    (Arc::new(program), Arc::new(preferences))
+    task(text, wishes)
 }
 
 /// The numbers of checks, so that a test that checks nothing fails.
@@ -250,8 +238,7 @@ fn check(case: &Case, empty: Empty, storage: Storage, seen: &mut Seen) {
     let settings = Settings { scope: Scope::All, storage, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());
     for &safety in Safety::ALL {
-        let mut analysis = Analysis::new(&engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, Options { safety, max_level: None });
         let kind = StrategyKind::Plan;
         let strategy = FiniteMemoryStrategy::of_kind(&analysis, &program, kind, Kind::Sasi, None).unwrap();
         let mut strategy = strategy.unwrap();

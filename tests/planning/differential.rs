@@ -1,22 +1,13 @@
 //! Both engines against the definitions: outcomes, classes, improvement MDP, levels, ranks and
 //! strategies, state by state and choice by choice.
 
-use std::sync::Arc;
-
-use std::collections::{BTreeMap, BTreeSet};
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::{Engine, Settings};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::model::Program;
-use meliora::model::expr::ExprId;
-use meliora::model::preference::{Empty, Goal, Preferences, Requirement};
+use meliora::model::preference::Requirement;
 use meliora::planning::levels::{End, Level};
 use meliora::planning::strategy::{permitted_at_start, strategies};
-use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
 use proptest::prelude::*;
 
-use crate::common::brute::{Brute, Pair};
+use crate::common::brute::Pair;
+use crate::common::prelude::*;
 use crate::planning::literal::{Literal, Set, almost_sure, positive};
 use crate::planning::tiny::{Mdp, Tiny};
 use crate::planning::worlds::{World, factored, graph};
@@ -259,8 +250,7 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, reference: &Reference) {
         let preferences = Arc::new(preferences);
         for &safety in Safety::ALL {
             let tiny = analyse(&reference.tiny, &tiny_preferences, safety);
-            let mut found = Analysis::new(engine, &preferences, Options { safety, max_level: None });
-            found.run(&mut |_| ()).unwrap();
+            let found = finished(engine, &preferences, Options { safety, max_level: None });
             Check { world, reference, literal: &literal, found: &found, tiny: &tiny }.all();
         }
     }

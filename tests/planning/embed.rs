@@ -1,18 +1,15 @@
 //! The owning types for programs that embed the library.
 
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::{Arc, Mutex};
 
-use meliora::engine::{Count, Engine};
-use meliora::model::State;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
-use meliora::planning::{Phase, Scheduler, Setup, Simulation};
+use meliora::planning::Phase;
 use meliora::projections::Plane;
-use meliora::{
-    Drawing, Error, Event, Kind, Limit, Model, Options, ProgressSink, Rank, Reached, Safety, Scope, Settings,
-    SourceFile, Storage, lang,
-};
+use meliora::{Drawing, Event, Options, Reached};
+
+use crate::common::prelude::*;
 
 const TOY: &str = "mdp
     const int last;

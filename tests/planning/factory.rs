@@ -1,31 +1,19 @@
 //! A factory of many machines that move one at a time, under both engines.
 
-use std::sync::Arc;
-
 use meliora::advanced::symbolic::Ways;
-use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::result::AnalysisResult;
-use meliora::planning::{Analysis, Options, Safety};
 
 use crate::common::factory::{OVER_PATHS, PREFERENCES, factory};
+use crate::common::prelude::*;
 
 fn read(machines: usize, preferences: &str) -> (Arc<Program>, Arc<Preferences>) {
-    let none = SourceFile::new("--const", "");
-    let program = lang::load(&SourceFile::new("m", factory(machines)), &none).unwrap().program;
-    let preferences = SourceFile::new("p", preferences.to_owned());
-    let lang::Task { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
-    (Arc::new(program), Arc::new(preferences))
+    task(factory(machines), preferences.to_owned())
 }
 
 fn results<E: Engine>(engine: E, preferences: &Arc<Preferences>) -> Vec<AnalysisResult> {
     let engine = Arc::new(engine);
     let result = |safety| {
-        let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, preferences, Options { safety, max_level: None });
         analysis.result().clone()
     };
     Safety::ALL.iter().map(|&safety| result(safety)).collect()
@@ -46,8 +34,7 @@ fn work(machines: usize, preferences: &str) -> (u64, Ways) {
     let (program, preferences) = read(machines, preferences);
     let engine = Arc::new(SymbolicEngine::new(program, Settings::default()).unwrap());
     let before = engine.ways().steps;
-    let mut analysis = Analysis::new(&engine, &preferences, Options::default());
-    analysis.run(&mut |_| ()).unwrap();
+    finished(&engine, &preferences, Options::default());
     (engine.ways().steps - before, engine.ways())
 }
 

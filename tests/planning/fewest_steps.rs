@@ -1,15 +1,9 @@
 //! Among the choices that attain the greatest probability, those with the least expected number of steps
 //! are taken: against all memoryless strategies of tiny models.
 
-use std::sync::Arc;
+use meliora::quantities::{Achiever, Chooser, ValuedRule};
 
-use meliora::engine::Engine;
-use meliora::planning::{FiniteMemoryStrategy, Safety, StrategyKind};
-use meliora::quantities::{Achiever, Aim, Chooser, Steps, ValuedRule};
-use rand::RngExt;
-use rand::SeedableRng;
-use rand::rngs::SmallRng;
-
+use crate::common::prelude::*;
 use crate::planning::loaded::Loaded;
 
 const STATES: usize = 6;

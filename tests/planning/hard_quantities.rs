@@ -1,11 +1,9 @@
 //! Quantities of models that are hard for a solver: rare events, long chains, ties, components with
 //! thousands of states.
 
-use meliora::engine::Engine;
-use meliora::model::exact::Ratio;
-use meliora::planning::Safety;
-use meliora::quantities::{Aim, Cost, Earned, Interval, Node, Steps, ValueOptions, Values};
+use meliora::quantities::{Cost, Earned, Interval, Node};
 
+use crate::common::prelude::*;
 use crate::planning::loaded::Loaded;
 use crate::planning::quantities::exact;
 

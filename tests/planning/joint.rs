@@ -1,11 +1,6 @@
 //! Objectives that are achieved together: cases made by hand.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Scope, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::planning::{Analysis, Options};
+use crate::common::prelude::*;
 
 /// Analyses objectives that cannot be compared.
 fn analysed(model: &str, history: &str, formulas: &[&str], storage: Storage) -> Analysis<AnyEngine> {
@@ -23,15 +18,10 @@ fn analysed_within(
     for (i, formula) in formulas.iter().enumerate() {
         wishes += &format!("objective o{i} = {formula};\n");
     }
-    let none = SourceFile::new("c", "");
-    let program = lang::load(&SourceFile::new("m", model), &none).unwrap().program;
-    let lang::Task { program, preferences } =
-        lang::load_preferences(&SourceFile::new("p", wishes), program).unwrap();
+    let (program, preferences) = task(model, wishes);
     let settings = Settings { storage, scope, memory: 16 << 20, ..Settings::default() };
-    let engine = Arc::new(AnyEngine::new(Arc::new(program), settings).unwrap());
-    let mut analysis = Analysis::new(&engine, &Arc::new(preferences), Options::default());
-    analysis.run(&mut |_| ()).unwrap();
-    analysis
+    let engine = Arc::new(AnyEngine::new(program, settings).unwrap());
+    finished(&engine, &preferences, Options::default())
 }
 
 #[test]

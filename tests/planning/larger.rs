@@ -1,19 +1,12 @@
 //! Both engines on random grid worlds of thousands of states, robots and batteries among them: large
 //! enough that the symbolic engine uses each of its algorithms, which the tests check.
 
-use std::sync::Arc;
-
-use meliora::advanced::symbolic::{Thresholds, Ways};
-use meliora::engine::ExplicitEngine;
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Engine, Settings, regions};
-use meliora::error::SourceFile;
+use meliora::advanced::symbolic::Ways;
+use meliora::engine::regions;
 use meliora::generate::{Choices, Parameters, gridworld};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::result::AnalysisResult;
-use meliora::planning::{Analysis, Options, Safety};
+
+use crate::common::prelude::*;
 
 /// A world that numbers describe.
 fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {
@@ -26,17 +19,12 @@ fn world(seed: u64) -> (Arc<Program>, Arc<Preferences>) {
     parameters.slippery = [10, 30][seed as usize / 2 % 2];
     let choices = Choices { seed, ..Choices::default() };
     let written = gridworld(&parameters, &choices).unwrap();
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", written.model), &none).unwrap().program;
-    let preferences = SourceFile::new("p", written.preferences);
-    let lang::Task { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
-    (Arc::new(program), Arc::new(preferences))
+    task(written.model, written.preferences)
 }
 
 fn results<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>) -> Vec<AnalysisResult> {
     let result = |safety| {
-        let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(engine, preferences, Options { safety, max_level: None });
         analysis.result().clone()
     };
     Safety::ALL.iter().map(|&safety| result(safety)).collect()
@@ -83,7 +71,8 @@ fn ways(seeds: impl Iterator<Item = u64>) -> Vec<Ways> {
 fn every_way_leads_to_what_the_explicit_engine_finds() {
     // In two threads: this is the longest test of all.
     let ways = std::thread::scope(|scope| {
-        let halves = [0, 1].map(|first| scope.spawn(move || ways((first..8).step_by(2))));
+        let halves =
+            [0, 1].map(|first| scope.spawn(move || ways((first..share(20).min(8) as u64).step_by(2))));
         halves.map(|half| half.join().unwrap()).concat()
     });
     let sum = |of: fn(&Ways) -> u64| ways.iter().map(of).sum::<u64>();

@@ -1,15 +1,11 @@
 //! The paper's definitions word by word: closure by Warshall, MP state by state, the doubled
 //! improvement MDP V = S × {0,1}, the fixpoints of [`Brute`]. Shares nothing with the library but data types.
 
-use std::collections::BTreeSet;
-
-use meliora::model::preference::{Empty, Relation};
-use meliora::planning::{Kind, Safety};
-
-use crate::common::brute::Brute;
-pub(crate) use crate::common::brute::Set;
+use crate::common::prelude::*;
 use crate::planning::Case;
 use crate::planning::tiny::Mdp;
+
+pub(crate) use crate::common::brute::Set;
 
 /// PWin(F)
 pub(crate) fn positive(mdp: &Mdp, target: &Set) -> Set {

@@ -1,14 +1,6 @@
 //! Models and preferences written in a test, with the explicit engine.
 
-use std::sync::Arc;
-
-use meliora::engine::ExplicitEngine;
-use meliora::engine::Settings;
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
+use crate::common::prelude::*;
 
 pub(crate) struct Loaded {
     pub(crate) program: Arc<Program>,
@@ -18,12 +10,7 @@ pub(crate) struct Loaded {
 
 impl Loaded {
     pub(crate) fn new(model: &str, preferences: &str) -> Self {
-        let none = SourceFile::new("constants", "");
-        let program = lang::load(&SourceFile::new("model", model), &none).unwrap().program;
-        let source = SourceFile::new("preferences", preferences);
-        let lang::Task { program, preferences } = lang::load_preferences(&source, program).unwrap();
-        let preferences = Arc::new(preferences);
-        let program = Arc::new(program);
+        let (program, preferences) = task(model, preferences);
         let engine = Arc::new(ExplicitEngine::new(program.clone(), Settings::default()).unwrap());
         Loaded { program, preferences, engine }
     }

@@ -37,12 +37,9 @@ mod tiny;
 mod versus_literal;
 mod worlds;
 
-use std::sync::Arc;
-
-use meliora::model::preference::{Empty, Goal, History, Objective, Preferences, Preorder, Statement};
-use meliora::planning::{Analysis, Options, Safety};
-
 use tiny::{Mdp, Tiny};
+
+use crate::common::prelude::*;
 
 /// A model, targets and preferences.
 #[derive(Debug, Clone)]
@@ -72,7 +69,5 @@ impl Case {
 
 /// The finished analysis.
 pub(crate) fn analyse(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<Tiny> {
-    let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
-    analysis
+    finished(engine, preferences, Options { safety, max_level: None })
 }

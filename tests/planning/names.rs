@@ -3,11 +3,10 @@
 use std::fmt::Debug;
 use std::str::FromStr;
 
-use meliora::model::preference::Empty;
 use meliora::planning::regions::regions;
-use meliora::planning::{Kind, Safety, Scheduler};
 
 use crate::common::brute::Set;
+use crate::common::prelude::*;
 use crate::planning::examples::circle;
 use crate::planning::tiny::Mdp;
 use crate::planning::{Case, analyse};

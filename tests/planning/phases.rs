@@ -1,13 +1,10 @@
 //! Analyses phase by phase: partial results, and another run after a limit.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use meliora::engine::ProgressSink;
-use meliora::error::{Error, Limit};
-use meliora::model::preference::Empty;
-use meliora::planning::{Analysis, FiniteMemoryStrategy, Kind, Options, Phase, Safety};
+use meliora::planning::Phase;
 
+use crate::common::prelude::*;
 use crate::planning::examples::{circle, toy};
 use crate::planning::loaded::ladder;
 use crate::planning::{Case, analyse};

@@ -1,23 +1,14 @@
 //! Runs under a strategy keep its guarantees on random models.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::sync::Arc;
+use std::collections::VecDeque;
 
-use meliora::engine::{Engine, Scope, Settings};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
 use meliora::planning::explain::Verdict;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, InducedModel, Kind, Options, Rank, Safety, Scheduler, Setup, Simulation,
-};
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 
 use crate::common::coverage::draw_until;
 use crate::common::graphs::edges;
+use crate::common::prelude::*;
 
 /// A model of one variable: for each state its choices, for each choice where it leads.
 fn program(
@@ -43,7 +34,7 @@ fn program(
         preferences += &format!("prefer o{i} > o{j};\n");
     }
     preferences += &format!("empty = {empty};\n");
-    let program = lang::load(&SourceFile::new("m", text), &SourceFile::new("c", "")).unwrap().program;
+    let program = parsed(text);
     let lang::Task { program, preferences } =
         lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
     (program, preferences)
@@ -142,8 +133,7 @@ fn check(program: Program, preferences: &Arc<Preferences>, ranks: &mut Ranks) {
     let program = Arc::new(program);
     let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).unwrap());
     for safety in [Safety::Action, Safety::Prefix, Safety::Transition] {
-        let mut analysis = Analysis::new(&engine, preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, preferences, Options { safety, max_level: None });
         for kind in [Kind::Sasi, Kind::Spi] {
             let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, kind).unwrap();
             for start in engine.list_states(&engine.all_states(), 10).unwrap() {
@@ -240,17 +230,11 @@ fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
     // From 1 the path must continue to 2, where A can not be reached any more.
     let text = "mdp module m x : [0..2] init 0; [stay] x=0 -> true; [go] x=0 -> 0.5: true + 0.5: (x'=1);\n\
         [on] x=1 -> (x'=2); endmodule";
-    let none = SourceFile::new("constants", "");
-    let program = lang::load(&SourceFile::new("m", text), &none).unwrap().program;
-    let preferences = SourceFile::new("p", "objective A = F x=1;");
-    let lang::Task { program, preferences } = lang::load_preferences(&preferences, program).unwrap();
-    let preferences = Arc::new(preferences);
-    let program = Arc::new(program);
+    let (program, preferences) = task(text, "objective A = F x=1;");
     let settings = Settings { order: Order::Declared, ..Settings::default() };
     let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());
     let options = Options { safety: Safety::Prefix, ..Options::default() };
-    let mut analysis = Analysis::new(&engine, &preferences, options);
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, options);
     let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).unwrap();
     let memory = strategy.start(&[0]).unwrap();
     let actions = strategy.explain(&[0], memory).unwrap().actions;

@@ -1,9 +1,9 @@
 //! Properties of the preorder, of the maximal sets and of steps.
 
-use meliora::model::preference::{
-    Change, Comparison, Empty, History, ObjectiveSet, Preferences, Preorder, Relation, Statement,
-};
+use meliora::model::preference::{Comparison, ObjectiveSet};
 use proptest::prelude::*;
+
+use crate::common::prelude::*;
 
 fn says(left: usize, relation: Relation, right: usize) -> Statement {
     Statement { left, relation, right }

@@ -1,15 +1,8 @@
 //! Maps over two variables: what a cell shows is what the sets say of its states.
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::sync::Arc;
-
-use meliora::engine::SymbolicEngine;
-use meliora::engine::{Engine, Scope, Settings};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
 use meliora::projections::{self, Inside, Plane, Projections};
+
+use crate::common::prelude::*;
 
 /// The robot with its analysis and projections over its plane, handed to a test.
 fn with_projections(
@@ -27,9 +20,7 @@ fn with_projections(
     let program = Arc::new(program);
     let settings = Settings { scope, memory: 256 << 20, ..Settings::default() };
     let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());
-    let mut analysis =
-        Analysis::new(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options { safety: Safety::Action, max_level: None });
     let at = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
     let projections = projections::build(&analysis, plane, &at, nodes).unwrap();
     test(&engine, &analysis, &projections);

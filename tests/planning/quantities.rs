@@ -3,20 +3,15 @@
 //! (so it is not too large, for costs not too small). Both are checked here from the definitions,
 //! with linear equations solved by plain elimination.
 
-use std::collections::{BTreeSet, HashMap};
-use std::sync::Arc;
+use std::collections::HashMap;
 
-use meliora::engine::{Engine, ExplicitEngine, Settings, SymbolicEngine};
-use meliora::model::State;
-use meliora::model::exact::Ratio;
-use meliora::model::preference::{Change, Empty, Goal, Objective, ObjectiveSet, Preferences, Preorder};
-use meliora::model::step::Step;
-use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
-use meliora::quantities::{Aim, Interval, Node, Steps, ValueOptions, Values};
+use meliora::model::preference::ObjectiveSet;
+use meliora::quantities::{Interval, Node};
 use num_rational::BigRational;
-use num_traits::{FromPrimitive, One, Signed, Zero};
+use num_traits::{FromPrimitive, Signed};
 use proptest::prelude::*;
 
+use crate::common::prelude::*;
 use crate::planning::choosing;
 use crate::planning::worlds::{World, factored, graph};
 
@@ -277,8 +272,7 @@ pub(crate) fn preferences(world: &World, empty: Empty) -> Preferences {
 fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
     let preferences = Arc::new(preferences(world, empty));
     for &safety in Safety::ALL {
-        let mut analysis = Analysis::new(engine, &preferences, Options { safety, max_level: None });
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(engine, &preferences, Options { safety, max_level: None });
         let right = Check::new(world, &analysis, true);
         right.all();
         let rounded = Check::new(world, &analysis, false);

@@ -1,21 +1,10 @@
 //! Facts about quantities: {P_k > 0} and {P_k = 1} are levels, on all models of `models`; and the
 //! expected number of improvements is attained.
 
-use std::fs;
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, Count, Engine, ExplicitEngine, Settings, SymbolicEngine};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::exact::Ratio;
-use meliora::model::preference::{Change, Preferences};
-use meliora::model::step::Step;
-use meliora::model::{Program, State};
-use meliora::planning::{Analysis, Kind, Options, Rank, Safety};
-use meliora::quantities::{Node, Steps, ValueOptions, Values};
-use num_traits::{One, Zero};
+use meliora::quantities::Node;
 use proptest::prelude::*;
 
+use crate::common::prelude::*;
 use crate::planning::quantities::{chain, exact};
 use crate::planning::worlds::{World, graph};
 
@@ -33,9 +22,7 @@ const FAMILIES: &[(&str, &str)] = &[
 ];
 
 fn analysed<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<E> {
-    let mut analysis = Analysis::new(engine, preferences, Options { safety, max_level: None });
-    analysis.run(&mut |_| ()).unwrap();
-    analysis
+    finished(engine, preferences, Options { safety, max_level: None })
 }
 
 fn solved<E: Engine>(analysis: &Analysis<E>, program: &Program, states: &[State], exact: bool) -> Values {

@@ -1,16 +1,11 @@
 //! The reasons that explanations give for actions.
 
-use std::collections::BTreeMap;
-
-use meliora::model::preference::Change;
 use meliora::planning::explain::Verdict::{
     self, Approaches, Hopeless, Improves, MayImprove, NothingAhead, Stays, Strays, Weakens,
 };
 use meliora::planning::explain::{Action, Explanation};
-use meliora::planning::{FiniteMemoryStrategy, Kind, Rank, Safety};
-use rand::rngs::SmallRng;
-use rand::{RngExt, SeedableRng};
 
+use crate::common::prelude::*;
 use crate::planning::loaded::Loaded;
 
 /// From 1 a random step achieves A at 2 or B at 3; nothing is achieved at 4.

@@ -1,13 +1,11 @@
 //! The four regions against all memoryless strategies, each an induced Markov chain.
 
-use meliora::engine::Engine;
-use meliora::engine::regions::{Regions, Which, deciding, holds, regions};
-use meliora::model::preference::Empty;
+use meliora::engine::regions::{Which, deciding, holds};
 use meliora::model::property::{Bound, Strategies};
-use meliora::planning::{RegionSearch, Safety};
 use proptest::prelude::*;
 
 use crate::common::graphs::{bottom_components, reached};
+use crate::common::prelude::*;
 use crate::planning::generate::case;
 use crate::planning::literal::Set;
 use crate::planning::tiny::{Mdp, Tiny};

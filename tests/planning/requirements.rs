@@ -1,18 +1,10 @@
 //! Requirements: unsafe states, the path to a violation, and reasons.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Engine, Settings, Storage};
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Change;
 use meliora::planning::explain::Verdict;
 use meliora::planning::result::EscapeStep;
-use meliora::planning::{
-    Analysis, FiniteMemoryStrategy, Kind, Options, Rank, Safety, Scheduler, Setup, Simulation,
-};
 use meliora::{Choose, Wanted};
+
+use crate::common::prelude::*;
 
 const MODEL: &str = "mdp
     module m x : [0..6] init 0;
@@ -22,15 +14,10 @@ const MODEL: &str = "mdp
     endmodule";
 
 fn analysis(storage: Storage, preferences: &str) -> (Analysis, Arc<Program>) {
-    let none = SourceFile::new("--const", "");
-    let program = lang::load(&SourceFile::new("m", MODEL), &none).unwrap().program;
-    let lang::Task { program, preferences } =
-        lang::load_preferences(&SourceFile::new("p", preferences), program).unwrap();
-    let program = Arc::new(program);
+    let (program, preferences) = task(MODEL, preferences);
     let settings = Settings { storage, memory: 16 << 20, ..Settings::default() };
     let engine = Arc::new(AnyEngine::new(Arc::clone(&program), settings).unwrap());
-    let mut analysis = Analysis::new(&engine, &Arc::new(preferences), Options::default());
-    analysis.run(&mut |_| ()).unwrap();
+    let analysis = finished(&engine, &preferences, Options::default());
     (analysis, program)
 }
 

@@ -1,14 +1,11 @@
 //! Requirements against the same model in which guards remove the forbidden choices: quantities,
 //! strategies, simulations and shields of every state must be the same.
 
-use std::collections::BTreeSet;
 use std::fmt::Write;
 
-use meliora::engine::Storage;
-use meliora::planning::{FiniteMemoryStrategy, Shield, Simulation};
-use meliora::{Choose, Kind, Model, Options, Safety, Scheduler, Settings, Setup, SourceFile, Wanted};
-use rand::rngs::SmallRng;
-use rand::{RngExt, SeedableRng};
+use meliora::{Choose, Options, Setup, Wanted};
+
+use crate::common::prelude::*;
 
 const STATES: i64 = 7;
 const STORAGES: [Storage; 2] = [Storage::Symbolic, Storage::Explicit];

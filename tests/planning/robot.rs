@@ -1,9 +1,8 @@
 //! The paper's robot on the 5 x 5 grid, written by hand from its description.
 
-use meliora::engine::Engine;
-use meliora::model::preference::{Empty, Relation, Statement};
-use meliora::planning::{Analysis, Kind, Rank, Safety, strategy};
+use meliora::planning::strategy;
 
+use crate::common::prelude::*;
 use crate::planning::tiny::{Mdp, Tiny};
 use crate::planning::{Case, analyse};
 
@@ -95,55 +94,48 @@ fn level_sizes(analysis: &Analysis<Tiny>, kind: Kind) -> String {
 /// Safety, transitions of the improvement MDP, and the level sizes with that of the fixpoint.
 type Row = (Safety, Option<u32>, &'static str, &'static str);
 
-fn check(empty: Empty, rows: &[Row]) {
-    let case = robot();
-    let engine = case.engine();
-    let preferences = case.preferences(&engine, empty);
-    for &(safety, transitions, sasi, spi) in rows {
-        let analysis = analyse(&engine, &preferences, safety);
-        let counts = analysis.result().counts.clone().unwrap();
-        assert_eq!((counts.states, counts.transitions), (3600u32.into(), 18496u32.into()));
-        let sizes = analysis.result().improvement.clone();
-        assert_eq!(sizes.map(|s| s.transitions), transitions.map(Into::into));
-        assert_eq!(level_sizes(&analysis, Kind::Sasi), sasi, "{safety} {empty}");
-        assert_eq!(level_sizes(&analysis, Kind::Spi), spi, "{safety} {empty}");
+fn check(empty: Empty) -> impl Fn(&[Row]) {
+    move |rows| {
+        let case = robot();
+        let engine = case.engine();
+        let preferences = case.preferences(&engine, empty);
+        for &(safety, transitions, sasi, spi) in rows {
+            let analysis = analyse(&engine, &preferences, safety);
+            let counts = analysis.result().counts.clone().unwrap();
+            assert_eq!((counts.states, counts.transitions), (3600u32.into(), 18496u32.into()));
+            let sizes = analysis.result().improvement.clone();
+            assert_eq!(sizes.map(|s| s.transitions), transitions.map(Into::into));
+            assert_eq!(level_sizes(&analysis, Kind::Sasi), sasi, "{safety} {empty}");
+            assert_eq!(level_sizes(&analysis, Kind::Spi), spi, "{safety} {empty}");
+        }
     }
 }
 
 #[test]
 fn the_paper_s_numbers_follow_from_gain_and_transition() {
-    check(
-        Empty::Gain,
-        &[
-            (Safety::Transition, Some(35524), "768,98;0", "1946,1477,1165,1010,1004;1004"),
-            (Safety::Action, Some(34844), "760,96;0", "1929,1464,1152,997,991;991"),
-            (Safety::Prefix, None, "285;0", "955,246;0"),
-        ],
-    );
+    check(Empty::Gain)(&[
+        (Safety::Transition, Some(35524), "768,98;0", "1946,1477,1165,1010,1004;1004"),
+        (Safety::Action, Some(34844), "760,96;0", "1929,1464,1152,997,991;991"),
+        (Safety::Prefix, None, "285;0", "955,246;0"),
+    ]);
 }
 
 #[test]
 fn the_robot_has_fewer_improvements_if_nothing_is_worth_least() {
-    check(
-        Empty::Bottom,
-        &[
-            (Safety::Transition, Some(31312), "287;0", "798,101;0"),
-            (Safety::Action, Some(29306), "285;0", "706,97;0"),
-            (Safety::Prefix, None, "285;0", "746,123;0"),
-        ],
-    );
+    check(Empty::Bottom)(&[
+        (Safety::Transition, Some(31312), "287;0", "798,101;0"),
+        (Safety::Action, Some(29306), "285;0", "706,97;0"),
+        (Safety::Prefix, None, "285;0", "746,123;0"),
+    ]);
 }
 
 #[test]
 fn the_robot_hardly_improves_if_nothing_is_incomparable() {
-    check(
-        Empty::Incomparable,
-        &[
-            (Safety::Transition, Some(35524), "2;0", "444,6;0"),
-            (Safety::Action, Some(34844), ";0", "364,2;0"),
-            (Safety::Prefix, None, ";0", "463,1;0"),
-        ],
-    );
+    check(Empty::Incomparable)(&[
+        (Safety::Transition, Some(35524), "2;0", "444,6;0"),
+        (Safety::Action, Some(34844), ";0", "364,2;0"),
+        (Safety::Prefix, None, ";0", "463,1;0"),
+    ]);
 }
 
 #[test]

@@ -1,13 +1,10 @@
 //! Shields of models in which several choices have one label: everything that a node says holds for
 //! each choice of each permitted label; other shields are refused.
 
-use std::collections::BTreeSet;
+use meliora::planning::ShieldNode;
+use meliora::{Choose, Options};
 
-use meliora::planning::{Shield, ShieldNode};
-use meliora::{Choose, Error, Kind, Model, Options, Safety, Settings, SourceFile, StrategyKind};
-use rand::RngExt;
-use rand::SeedableRng;
-use rand::rngs::SmallRng;
+use crate::common::prelude::*;
 
 const SAFE: [Safety; 2] = [Safety::Action, Safety::Prefix];
 
@@ -165,7 +162,7 @@ fn improves(shield: &Shield, from: usize, to: usize) -> bool {
 #[test]
 fn what_a_node_says_holds_for_every_choice_of_every_permitted_label() {
     let (mut refused, mut ahead, mut secure, mut shared) = (0, 0, 0, 0);
-    for seed in 0..300 {
+    for seed in 0..share(300) as u64 {
         let mut random = SmallRng::seed_from_u64(seed);
         let world = world(&mut random);
         let (history, b) = [("state", "F s=6"), ("play", "F (s=6 & X s=7)")][random.random_range(0..2)];
@@ -196,7 +193,7 @@ fn what_a_node_says_holds_for_every_choice_of_every_permitted_label() {
         }
     }
     let found = [refused, ahead, secure, shared];
-    assert!(found.iter().all(|&count| count > 100), "{found:?}");
+    assert!(found.iter().all(|&count| count > share(100)), "{found:?}");
 }
 
 fn commands(world: &World) -> String {
@@ -217,7 +214,7 @@ fn what_is_pursued_is_achieved_by_every_choice_of_every_permitted_label() {
         (StrategyKind::Achieve, Some("A,C")),
     ];
     let (mut refused, mut pursuing) = (0, 0);
-    for seed in 0..150 {
+    for seed in 0..share(150) as u64 {
         let world = world(&mut SmallRng::seed_from_u64(seed));
         let wishes =
             "objective A = F s=5; objective B = F (s=6 | s=4); objective C = F s=7; prefer A, B > C;";
@@ -236,5 +233,5 @@ fn what_is_pursued_is_achieved_by_every_choice_of_every_permitted_label() {
             }
         }
     }
-    assert!(refused > 50 && pursuing > 500, "{refused} {pursuing}");
+    assert!(refused > share(50) && pursuing > share(500), "{refused} {pursuing}");
 }

@@ -1,13 +1,11 @@
 //! Shields on random models: the promise holds, and secure nodes are the greatest such set.
 
 use meliora::export::{read_shield, write_shield};
-use meliora::planning::{Shield, ShieldNode};
-use meliora::{Choose, Error, Kind, Model, Options, Safety, Settings, SourceFile, StrategyKind};
-use rand::RngExt;
-use rand::SeedableRng;
-use rand::rngs::SmallRng;
-use serde_json::{Value as Json, json};
+use meliora::planning::ShieldNode;
+use meliora::{Choose, Options};
 use sha2::{Digest, Sha256};
+
+use crate::common::prelude::*;
 
 /// Returns a model of eight states with random branches, and wishes about three of them.
 fn analysed(seed: u64, safety: Safety) -> meliora::Analysis {

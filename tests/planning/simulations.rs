@@ -1,10 +1,8 @@
 //! Simulated runs: their counts, the frequencies of successors, and the run that a report shows.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use meliora::planning::tally::{RunEnd, Trace, Wait};
-use meliora::planning::{FiniteMemoryStrategy, Kind, Rank, Safety, Scheduler, Setup, Simulation};
 
+use crate::common::prelude::*;
 use crate::planning::loaded::{Loaded, ladder};
 
 /// The value of `x` in the last state of a run.

@@ -1,12 +1,11 @@
 //! Strategies, re-checked on the Markov chains that they induce. Cases come from [`crate::planning::versus_literal`].
 
-use meliora::engine::Engine;
 use meliora::planning::improvement::Arena;
 use meliora::planning::levels::{Game, Level};
 use meliora::planning::strategy::{ArenaStrategy, is_goal, permitted_at_start, strategies};
-use meliora::planning::{Analysis, Kind, Safety};
 
 use crate::common::graphs::{bottom_components, reached};
+use crate::common::prelude::*;
 use crate::planning::literal::{Literal, Set};
 use crate::planning::tiny::Tiny;
 

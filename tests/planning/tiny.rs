@@ -1,16 +1,11 @@
 //! An engine over [`Brute`]: sets of numbers, and each operator as the book defines it.
 
-use std::sync::Arc;
-
-use meliora::engine::{Algebra, Count, EdgeLabels, Engine, ProgressSink, Region, Settings, Usage};
+use meliora::engine::Usage;
 use meliora::error::Result;
-use meliora::model::expr::ExprPool;
-use meliora::model::predicate::{Predicate, Predicates};
-use meliora::model::step::Choice;
 use meliora::model::value::Value;
-use meliora::model::{State, VarId};
 
-use crate::common::brute::{Brute, Set};
+use crate::common::brute::Set;
+use crate::common::prelude::*;
 
 /// For each state and choice the successors.
 #[derive(Debug, Clone, PartialEq, Eq)]

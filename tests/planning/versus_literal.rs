@@ -1,14 +1,10 @@
 //! Classes, levels and strategies against the literal definitions: the doubled MDP, and the chains that
 //! strategies induce.
 
-use std::sync::Arc;
-
-use meliora::engine::{Count, Engine};
-use meliora::model::preference::{Empty, Preferences};
 use meliora::planning::levels::End;
-use meliora::planning::{Analysis, Kind, Levels, Options, Rank, Safety};
 use proptest::prelude::*;
 
+use crate::common::prelude::*;
 use crate::planning::generate::case;
 use crate::planning::literal::{Literal, Set};
 use crate::planning::tiny::Tiny;
@@ -80,8 +76,7 @@ fn check_classes(analysis: &Analysis<Tiny>, literal: &Literal<'_>) {
 /// Checks that a search that is cut after the first level knows a lower bound.
 fn check_cut(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, whole: &Analysis<Tiny>) {
     let options = Options { max_level: Some(1), ..whole.options() };
-    let mut cut = Analysis::new(engine, preferences, options);
-    cut.run(&mut |_| ()).unwrap();
+    let cut = finished(engine, preferences, options);
     for kind in [Kind::Sasi, Kind::Spi] {
         for s in engine.all_states().into_iter().map(|s| s as i64) {
             let [rank, least] =

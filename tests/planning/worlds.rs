@@ -1,17 +1,11 @@
 //! Random programs with objectives: factored ones, and graphs that a program spells out.
 
-use std::sync::Arc;
-
 use meliora::advanced::lang::ast::Span;
-use meliora::engine::Scope;
-use meliora::error::SourceFile;
-use meliora::model::expr::{Binary, ExprId, ExprPool, Unary};
-use meliora::model::preference::Statement;
 use meliora::model::value::{Type, Value};
-use meliora::model::{Branch, Command, CommandId, ModelKind, Program, Synchronisation, VarId, Variable};
+use meliora::model::{Branch, Command, CommandId, Synchronisation};
 use proptest::prelude::*;
 
-use crate::common::random_program::{random_predicate, random_program};
+use crate::common::prelude::*;
 use crate::planning::generate::order;
 
 /// A program with objectives, statements about them, and which valuations are states.
@@ -130,25 +124,12 @@ impl Graph {
         let targets = self.targets.iter().map(|t| self.at(&mut pool, t)).collect();
         let all = (0..commands.len() as u32).map(CommandId).collect();
         let program = Program {
-            source: SourceFile::new("graph", ""),
             kind: ModelKind::Mdp,
-            constants: vec![],
-            given_constants: vec![],
-            labels: vec![],
-            formulas: vec![],
-            rewards: Vec::new(),
-            inexact: None,
-            monitors: None,
-            stop: None,
-            planning: None,
-            players: None,
             modules: vec!["m".into()],
-            actions: vec![],
-            pool: pool.into(),
             variables: vec![self.variable("high"), self.variable("low")],
-            initial,
             commands,
             synchronisations: vec![Synchronisation { action: None, factors: vec![all] }],
+            ..empty_program(pool, initial)
         };
         let (statements, scope) = (self.statements.clone(), self.scope);
         World { program: Arc::new(program), targets, statements, scope, requirement: None }

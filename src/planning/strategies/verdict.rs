@@ -249,6 +249,31 @@ mod tests {
         assert_eq!(plan().answer(&all[1..]), Verdict::Lateral);
     }
 
+    /// Unless an objective is to be achieved, or the strategy has committed to one.
+    #[test]
+    fn what_the_opponent_loses_is_told() {
+        let mut all = [successor(false, false, false)];
+        let committed = Some(Manner::Committed);
+        let forgives =
+            [Case { achieves: true, ..kept(Kind::Sasi) }, Case { pursuit: committed, ..kept(Kind::Sasi) }];
+        for exposed in [None, Some(0)] {
+            for outside in [None, Some(0)] {
+                let lost =
+                    |is_kept| Case { kept: is_kept, exposed, outside, ..kept(Kind::Sasi) }.answer(&all);
+                assert_eq!(lost(true), Verdict::Lateral);
+                let risk = match (exposed, outside) {
+                    (Some(index), _) => Verdict::Exposes(index),
+                    (None, Some(_)) => Verdict::Unsafe(outside),
+                    (None, None) => Verdict::Lateral,
+                };
+                assert_eq!(lost(false), risk);
+            }
+        }
+        all[0].change = Change::Weakening;
+        assert_eq!(kept(Kind::Sasi).answer(&all), Verdict::Weakens(0));
+        assert_eq!(forgives.map(|case| case.answer(&all)), [Verdict::Lateral; 2]);
+    }
+
     #[test]
     fn of_several_verdicts_the_first_in_the_documented_order_counts() {
         let mut all: Vec<Successor> = (0..3).map(|_| successor(false, false, false)).collect();

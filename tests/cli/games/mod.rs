@@ -5,9 +5,7 @@ mod refused;
 mod strategies;
 mod temporal;
 
-use serde_json::json;
-
-use crate::cli::common::{Finished, Scratch, meliora, run};
+use crate::common::prelude::*;
 
 /// We choose in x=0, the opponent in x=1; x=2 is a deadlock.
 const GAME: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..3] init 0;\n\
@@ -23,7 +21,7 @@ fn scratch() -> Scratch {
 /// Runs the command in which `@` stands for the directory.
 fn at(scratch: &Scratch, arguments: &[&str]) -> Finished {
     let of = |a: &&str| a.strip_prefix('@').map_or((*a).to_owned(), |name| scratch.show(name));
-    Finished::of(meliora().args(arguments.iter().map(of)))
+    Finished::of(executable().args(arguments.iter().map(of)))
 }
 
 #[test]
@@ -111,7 +109,7 @@ fn a_property_file_has_a_coalition_per_property() {
     let scratch = scratch();
     let file = "\"a\": <<us>> P>=1 [ F x=2 ];\n\"b\": <<us,them>> P>=1 [ F x=2 ];\n\"c\": <<us>> Pmax=? [ F x=2 ];\n\
         \"d\": P>=1 [ F x=2 ];\n\"e\": <<us>> P>0 [ F x=2 ];\n";
-    std::fs::write(scratch.path("g.props"), file).unwrap();
+    scratch.write("g.props", file);
     let json = at(&scratch, &["reach", "@g.prism", "--properties", "@g.props", "--json"]).json();
     let holds: Vec<_> = json["properties"].as_array().unwrap().iter().map(|p| p["holds"].clone()).collect();
     // Without players, all choose together and the formula is to hold for each of their strategies, as in an mdp.
@@ -140,8 +138,7 @@ fn check_reports_the_players() {
         assert_eq!(them["initial"][0]["sasi_actions"], json!([]));
         assert_eq!(check("@them.pref", &["--engine", engine, "--coalition", "us"])["players"], players);
     }
-    let text = at(&scratch, &["check", "@g.prism", "@them.pref"]).expect(0).stdout;
-    assert!(text.contains("Players") && text.contains("to move: the opponent"), "{text}");
+    at(&scratch, &["check", "@g.prism", "@them.pref"]).prints(0, "Players").shows("to move: the opponent");
     at(&scratch, &["compare", "@g.prism", "@g.pref"]).expect(0);
     at(&scratch, &["compare", "@g.prism", "@g.pref", "--safety", "prefix", "--coalition", "them"]).expect(0);
     let info = at(&scratch, &["info", "@g.prism", "--json"]).expect(0).json();
@@ -151,7 +148,7 @@ fn check_reports_the_players() {
 #[test]
 fn a_sweep_of_a_game_plays_as_the_coalition() {
     let scratch = scratch();
-    std::fs::write(scratch.path("n.prism"), format!("{GAME}const int N;\n")).unwrap();
+    scratch.write("n.prism", format!("{GAME}const int N;\n"));
     let all = ["reach", "@n.prism", "--target", "x=2", "-c", "N=1:2", "--coalition", "them", "--json"];
     let runs = at(&scratch, &all).expect(0).json();
     for run in runs["runs"].as_array().unwrap() {

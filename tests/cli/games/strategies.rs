@@ -1,9 +1,7 @@
 //! Strategies of games, and runs under them.
 
-use serde_json::json;
-
 use super::at;
-use crate::cli::common::{Scratch, run};
+use crate::common::prelude::*;
 
 /// From x=0, [b] is safe, and [a] leads to x=1, where the opponent can improve by [c] and weaken by [d].
 const RISKY: &str = "smg\nplayer us [a], [b] endplayer\nplayer them [c], [d] endplayer\nmodule m\n x : [0..4] init 0;\n\
@@ -92,7 +90,7 @@ fn an_action_of_the_opponent_in_an_unsafe_state_exposes() {
 #[test]
 fn the_graph_of_a_strategy_draws_the_states_of_the_opponent_differently() {
     let start = "x=1,y=0,g=0,robots_turn=false";
-    let dot = run(&format!("strategy models/pursuit.prism models/pursuit.pref -c N=4 --at {start} --dot"));
+    let dot = run!("strategy models/pursuit.prism models/pursuit.pref -c N=4 --at {start} --dot");
     let dot = dot.expect(0).stdout;
     let line = |name: &str| {
         dot.lines().find(|line| line.contains(name)).unwrap_or_else(|| panic!("{dot}")).to_owned()
@@ -106,7 +104,7 @@ fn the_graph_of_a_strategy_draws_the_states_of_the_opponent_differently() {
 #[test]
 fn simulate_says_who_moved() {
     let simulate = |more: &str| {
-        run(&format!("simulate models/pursuit.prism models/pursuit.pref -c N=4 --kind sasi --runs 50 {more}"))
+        run!("simulate models/pursuit.prism models/pursuit.pref -c N=4 --kind sasi --runs 50 {more}")
             .expect(0)
     };
     for engine in ["symbolic", "explicit"] {
@@ -128,8 +126,7 @@ fn simulate_says_who_moved() {
         }
     }
     assert_eq!(simulate("--json").json()["opponent"], json!("random"));
-    let text = simulate("--opponent worst").stdout;
-    assert!(text.contains("Steps of all runs: robot (ours)") && text.contains("guard (opponent)"), "{text}");
+    simulate("--opponent worst").shows("Steps of all runs: robot (ours)").shows("guard (opponent)");
     let csv = simulate("--statistics -").stdout;
     assert!(csv.lines().count() == 3 && csv.contains(",rank,improvements,runs,"), "{csv}");
 }

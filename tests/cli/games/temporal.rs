@@ -15,7 +15,7 @@ fn a_formula_that_is_refused_is_shown_with_both_parts() {
         "G F x=2",
         "F G x<2",
     ] {
-        assert!(refused.stderr.contains(expected), "{}", refused.stderr);
+        refused.says(expected);
     }
 }
 
@@ -53,7 +53,7 @@ fn objectives_over_whole_paths_are_judged_against_the_opponent() {
     let scratch = scratch();
     let prefs = "objective Settle = F G x!=1; objective Visit = F (x=1 & F x=0); objective Three = F x=3;\n\
         prefer Settle > Three; prefer Visit > Three; require (x<2) W (x=2 | x=3);\n";
-    std::fs::write(scratch.path("play.pref"), prefs).unwrap();
+    scratch.write("play.pref", prefs);
     for engine in ["symbolic", "explicit"] {
         let json =
             at(&scratch, &["check", "@g.prism", "@play.pref", "--engine", engine, "--json"]).expect(0).json();

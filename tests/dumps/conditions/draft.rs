@@ -1,12 +1,9 @@
 //! A dump as explicit sets of valuations, which tests edit and write again as diagrams.
 
-use std::collections::{BTreeMap, BTreeSet};
-
 use meliora::dump::manifest::{Root, RootKind};
-use meliora::dump::{Diagram, Dump, Edge, Manifest};
-
 use meliora::model::trend::Trend;
 
+use crate::common::prelude::*;
 use crate::dumps::mutation::sealed;
 
 /// The members of a set. A state is its values in the order of the manifest; a choice has its number before them.

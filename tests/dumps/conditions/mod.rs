@@ -11,13 +11,11 @@ mod scope;
 mod trends;
 mod verdict;
 
-use meliora::dump::Dump;
-use meliora::engine::Scope;
-use meliora::planning::Safety;
+use draft::Draft;
 
+use crate::common::prelude::*;
 use crate::dumps::others::case;
 use crate::dumps::verify::Case;
-use draft::Draft;
 
 pub(super) const SCOPES: [Scope; 2] = [Scope::Reachable, Scope::All];
 /// Objectives are judged from the present state on, or over whole paths.

@@ -1,10 +1,8 @@
 //! The states of the scope and their choices; all other sets are subsets of them.
 
-use meliora::engine::Scope;
-use meliora::planning::Safety;
-
 use super::draft::{Draft, Members};
 use super::{HISTORIES, case, cases, refused};
+use crate::common::prelude::*;
 
 /// State 2 has a step to state 1 and no predecessor; state 1 is a deadlock. Two bits also encode 3, which is not a
 /// value.

@@ -1,18 +1,15 @@
 //! The regions that a verdict lists, searches that were cut, and the form of the files.
 
-use std::fs;
 use std::process::Command;
 
 use meliora::certify::{self, pictures};
 use meliora::dump::manifest::{File, Root};
-use meliora::dump::{Diagram, Dump, Edge, read_directory, write_directory};
-use meliora::engine::{NoProgress, Scope};
-use meliora::error::Error;
+use meliora::dump::write_directory;
 use meliora::export::read_shield;
-use meliora::planning::Safety;
 
 use super::draft::Draft;
 use super::{Cases, HISTORIES, SCOPES, accepted, cases, levels, refused, safe};
+use crate::common::prelude::*;
 use crate::dumps::others::read;
 use crate::dumps::verify::Case;
 

@@ -1,13 +1,11 @@
 //! The edits of the mutation tests.
 
 use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind, SafetyMode};
-use meliora::dump::{Diagram, Dump, Edge, Manifest, Node, directory};
-use rand::RngExt;
-use rand::rngs::ChaCha8Rng;
+use meliora::dump::{Node, directory};
 use rand::seq::{IndexedMutRandom, IndexedRandom, IteratorRandom};
-use serde_json::Value as Json;
 
 use super::shop::{edge, text};
+use crate::common::prelude::*;
 
 /// The function with one more member or one less.
 pub(crate) fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {

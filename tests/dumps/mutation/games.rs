@@ -1,13 +1,8 @@
 //! Mutation tests of dumps of games.
 
-use std::collections::BTreeMap;
-
-use meliora::planning::Safety;
-use rand::SeedableRng;
-use rand::rngs::ChaCha8Rng;
-
 use super::shop::Shop;
 use super::{Table, forge};
+use crate::common::prelude::*;
 
 /// Two players against one, states from which every choice of the opponent leads on, states that it may leave for
 /// something worse, a deadlock, and steps of both trends.

@@ -9,20 +9,12 @@ mod plays;
 mod shop;
 mod steps;
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
-
+use edits::{EDITS, HARMLESS, byte, field, proof, without};
 use meliora::dump::manifest::{CERTIFICATE, FILE, File, REGIONS};
-use meliora::dump::{Dump, Manifest};
-use meliora::planning::Safety;
-use rand::SeedableRng;
-use rand::rngs::ChaCha8Rng;
 
-use crate::common::amount::share;
+use crate::common::prelude::*;
 
 pub(crate) use edits::toggled;
-use edits::{EDITS, HARMLESS, byte, field, proof, without};
 pub(crate) use shop::{Named, Shop, same_regions, sealed, text};
 
 /// Two choices of one label, a deadlock, patterns of bits that are no values, constants of three kinds.

@@ -1,13 +1,8 @@
 //! Mutation tests of dumps of objectives over whole paths.
 
-use std::collections::BTreeMap;
-
-use meliora::planning::Safety;
-use rand::SeedableRng;
-use rand::rngs::ChaCha8Rng;
-
 use super::shop::Shop;
 use super::{Table, forge, of_others};
+use crate::common::prelude::*;
 
 /// A coin, a place that can be kept, and a deadlock.
 const MODEL: &str = "mdp const int K;

@@ -1,21 +1,14 @@
 //! Unedited dumps, and the verdicts on edited ones.
 
-use std::collections::{BTreeMap, HashMap};
-use std::path::Path;
-use std::sync::Arc;
+use std::collections::HashMap;
 
 use meliora::advanced::symbolic::Encoding;
-use meliora::certify::{self, Hashes};
+use meliora::certify;
+use meliora::dump::dddmp;
 use meliora::dump::manifest::{File, RootKind, SafetyMode};
-use meliora::dump::{Diagram, Dump, Edge, dddmp};
-use meliora::engine::{NoProgress, Scope, Settings};
-use meliora::engine::{Order, SymbolicEngine};
-use meliora::error::{Result, SourceFile};
-use meliora::export::{DumpContent, Inputs, export};
-use meliora::lang;
-use meliora::model::Program;
-use meliora::model::preference::Preferences;
-use meliora::planning::{Analysis, Options, Safety};
+use meliora::error::Result;
+
+use crate::common::prelude::*;
 
 const HASHES: Hashes<'static> = Hashes { model: "the model's", preferences: "the preferences'" };
 
@@ -59,8 +52,7 @@ impl Shop {
         let settings = Settings { memory: 4 << 20, scope: scope_named(scope)?, order, ..Settings::default() };
         let engine = Arc::new(SymbolicEngine::new(Arc::clone(&program), settings).ok()?);
         let options = Options { safety: *safety, max_level: *max_level };
-        let mut analysis = Analysis::new(&engine, &preferences, options);
-        analysis.run(&mut |_| ()).unwrap();
+        let analysis = finished(&engine, &preferences, options);
         let named = |text: &str| (text.to_owned(), text.to_owned());
         let inputs = Inputs { model: named(HASHES.model), preferences: named(HASHES.preferences) };
         let content = DumpContent { wanted: &|_| true, certificate: true };

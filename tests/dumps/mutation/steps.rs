@@ -1,13 +1,11 @@
 //! Edits of layers and rounds: their order, their members and their trends.
 
 use meliora::dump::manifest::File;
-use meliora::dump::{Diagram, Edge};
 use meliora::model::trend::Trend;
-use rand::RngExt;
-use rand::rngs::ChaCha8Rng;
 use rand::seq::{IndexedRandom, IteratorRandom};
 
 use super::edits::{Edit, proof, root, toggled};
+use crate::common::prelude::*;
 
 /// The edits of layers and rounds.
 pub(super) const EDITS: &[(&str, Edit)] = &[

@@ -1,9 +1,7 @@
 //! The fields of the manifest, and those that it may have.
 
-use serde_json::{Value as Json, json};
-
 use super::{Counts, Place, places};
-use crate::common::amount::share;
+use crate::common::prelude::*;
 
 /// Fields that nothing proves: any text is accepted.
 const INFORMATIVE: &[&str] = meliora::certify::INFORMATIVE;

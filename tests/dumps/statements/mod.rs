@@ -8,15 +8,9 @@ mod fields;
 mod roots;
 mod values;
 
-use std::collections::BTreeMap;
-use std::fs;
-use std::path::Path;
-
 use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
-use meliora::dump::{Dump, Manifest};
-use meliora::planning::Safety;
 
-use crate::common::amount::takes;
+use crate::common::prelude::*;
 use crate::dumps::mutation::{Named, Shop, sealed, text};
 
 /// A dump in a directory, with the model that it was made from.

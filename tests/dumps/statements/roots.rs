@@ -1,12 +1,9 @@
 //! The roots of both files, and all names that roots may have.
 
-use std::collections::BTreeSet;
-
 use meliora::dump::manifest::{File, Root, RootKind};
-use meliora::dump::{Diagram, Dump, Edge};
 
 use super::{Counts, Place, places};
-use crate::common::amount::share;
+use crate::common::prelude::*;
 use crate::dumps::mutation::toggled;
 
 type Part = for<'d> fn(&'d mut Dump) -> (&'d mut File, &'d mut Diagram);

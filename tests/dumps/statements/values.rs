@@ -2,13 +2,10 @@
 
 use meliora::dump::bounds::{Bounds, Number, Row};
 use meliora::dump::manifest::{Root, RootKind};
-use meliora::dump::{Dump, Edge, read_directory, write_directory};
-use meliora::engine::{NoProgress, Scope};
-use meliora::model::exact::Ratio;
-use meliora::planning::Safety;
+use meliora::dump::write_directory;
 
 use super::{Counts, GAME, SIDES};
-use crate::common::amount::{share, takes};
+use crate::common::prelude::*;
 use crate::dumps::mutation::sealed;
 use crate::dumps::values::{Case, example};
 use crate::dumps::values_of_games::{CYCLES, GOALS};

@@ -1,12 +1,7 @@
 //! Arrays: a variable per element, and an index as a case distinction.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Engine, Settings, Storage};
-use meliora::error::Error;
-use serde_json::{Value as Json, json};
-
 use super::{around, bounded, load};
+use crate::common::prelude::*;
 
 fn array(base: Json) -> Json {
     json!({"kind": "array", "base": base})

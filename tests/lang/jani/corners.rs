@@ -1,9 +1,7 @@
 //! Special cases of the format, one per test: the meaning of the documents, state by state.
 
-use meliora::model::{Program, State};
-use serde_json::{Value as Json, json};
-
 use super::{around, bounded, load, sets_x};
+use crate::common::prelude::*;
 
 /// The successors of a state with their probabilities, choice by choice.
 fn successors(program: &Program, state: &[i64]) -> Vec<Vec<(State, f64)>> {
@@ -188,7 +186,6 @@ fn actions_that_no_vector_has_never_happen_unless_there_are_no_vectors() {
 
 #[test]
 fn integers_without_bounds_take_those_that_are_given() {
-    use meliora::error::SourceFile;
     use meliora::lang::{Given, load_given};
     let mut document = around(json!([sets_x(json!(5))]));
     document["variables"][0]["type"] = json!("int");
@@ -216,7 +213,6 @@ fn names_that_the_modelling_language_does_not_know_are_changed_and_told() {
 
 #[test]
 fn automata_that_write_one_variable_together_with_others_are_one_module_of_the_modelling_language() {
-    use meliora::error::SourceFile;
     use meliora::lang;
     let x = json!([{"name": "x", "type": bounded(0, 3), "initial-value": 0}]);
     let more = json!({"op": "min", "left": 3, "right": {"op": "+", "left": "x", "right": 1}});
@@ -234,7 +230,7 @@ fn automata_that_write_one_variable_together_with_others_are_one_module_of_the_m
     document["system"]["syncs"].as_array_mut().unwrap().push(vector);
     let program = load(&document).unwrap().program;
     let text = lang::flat(&program).unwrap();
-    let again = lang::load(&SourceFile::new("m.prism", &*text), &SourceFile::new("c", "")).unwrap().program;
+    let again = parsed(&*text);
     assert_eq!(again.modules, ["a_b"], "{text}");
     for x in 0..=3 {
         assert_eq!(successors(&again, &[x]), successors(&program, &[x]), "{text}");

@@ -1,9 +1,7 @@
 //! Error messages for wrong documents, as users see them.
 
-use meliora::error::{Error, render};
-use serde_json::json;
-
 use super::{around, load, load_text, sets_x};
+use crate::common::prelude::*;
 
 fn rendered(text: &str, constants: &str) -> String {
     match load_text(text, constants) {
@@ -14,10 +12,12 @@ fn rendered(text: &str, constants: &str) -> String {
 }
 
 /// Compares with the stored snapshot, without the source expression in the file's head.
-fn snapshot(name: &str, cases: &[String]) {
-    let mut settings = insta::Settings::clone_current();
-    settings.set_omit_expression(true);
-    settings.bind(|| insta::assert_snapshot!(name, cases.join("\n")));
+fn snapshot(name: &str) -> impl Fn(&[String]) {
+    move |cases| {
+        let mut settings = insta::Settings::clone_current();
+        settings.set_omit_expression(true);
+        settings.bind(|| insta::assert_snapshot!(name, cases.join("\n")));
+    }
 }
 
 /// A small model as text, with one piece replaced.
@@ -38,55 +38,46 @@ const SMALL: &str = r#"{"jani-version": 1, "name": "small", "type": "mdp", "feat
 #[test]
 fn errors_of_syntax_and_shape_are_shown_at_their_place() {
     assert_eq!(rendered(SMALL, ""), "accepted\n");
-    snapshot(
-        "syntax_and_shape",
-        &[
-            but("\"name\": \"small\"", "\"name\" \"small\""),
-            rendered("{", ""),
-            rendered("{\"jani-version\": 1, \"type\": \"mdp\"}", ""),
-            but("\"jani-version\": 1,", "\"type\": \"dtmc\","),
-            but("\"guard\"", "\"gaurd\""),
-            but("\"name\": \"l\"", "\"name\": 7"),
-            but("[{\"name\": \"go\"}]", "{\"name\": \"go\"}"),
-        ],
-    );
+    snapshot("syntax_and_shape")(&[
+        but("\"name\": \"small\"", "\"name\" \"small\""),
+        rendered("{", ""),
+        rendered("{\"jani-version\": 1, \"type\": \"mdp\"}", ""),
+        but("\"jani-version\": 1,", "\"type\": \"dtmc\","),
+        but("\"guard\"", "\"gaurd\""),
+        but("\"name\": \"l\"", "\"name\": 7"),
+        but("[{\"name\": \"go\"}]", "{\"name\": \"go\"}"),
+    ]);
 }
 
 #[test]
 fn what_is_not_supported_is_refused_by_name() {
     let integer = "{\"kind\": \"bounded\", \"base\": \"int\", \"lower-bound\": 0, \"upper-bound\": 3}";
-    snapshot(
-        "not_supported",
-        &[
-            but("\"type\": \"mdp\"", "\"type\": \"pta\""),
-            but("\"derived-operators\"", "\"datatypes\""),
-            but(integer, "\"int\""),
-            but(integer, "\"real\""),
-            but(integer, "\"clock\""),
-            but(integer, "{\"kind\": \"datatype\", \"ref\": \"int\"}"),
-            but("{\"automaton\": \"m\"}", "{\"automaton\": \"m\", \"input-enable\": [\"go\"]}"),
-            but("\"op\": \"+\", \"left\": \"x\", \"right\": 1", "\"op\": \"sin\", \"exp\": \"x\""),
-            but("\"jani-version\": 1", "\"jani-version\": 2"),
-        ],
-    );
+    snapshot("not_supported")(&[
+        but("\"type\": \"mdp\"", "\"type\": \"pta\""),
+        but("\"derived-operators\"", "\"datatypes\""),
+        but(integer, "\"int\""),
+        but(integer, "\"real\""),
+        but(integer, "\"clock\""),
+        but(integer, "{\"kind\": \"datatype\", \"ref\": \"int\"}"),
+        but("{\"automaton\": \"m\"}", "{\"automaton\": \"m\", \"input-enable\": [\"go\"]}"),
+        but("\"op\": \"+\", \"left\": \"x\", \"right\": 1", "\"op\": \"sin\", \"exp\": \"x\""),
+        but("\"jani-version\": 1", "\"jani-version\": 2"),
+    ]);
 }
 
 #[test]
 fn what_has_no_meaning_is_shown_at_its_place() {
-    snapshot(
-        "meaning",
-        &[
-            but("\"left\": \"x\", \"right\": 3", "\"left\": \"xx\", \"right\": true"),
-            but("\"initial-value\": 0", "\"initial-value\": 4"),
-            but("\"location\": \"l\", \"guard\"", "\"location\": \"k\", \"guard\""),
-            but("\"ref\": \"x\"", "\"ref\": \"y\""),
-            but("\"value\": {\"op\": \"+\"", "\"value\": {\"op\": \"/\""),
-            but("[\"go\"]", "[\"go\", null]"),
-            but("[\"go\"]", "[\"come\"]"),
-            but("\"automaton\": \"m\"", "\"automaton\": \"n\""),
-            but("\"name\": \"l\"}]", "\"name\": \"l\"}, {\"name\": \"l\"}]"),
-        ],
-    );
+    snapshot("meaning")(&[
+        but("\"left\": \"x\", \"right\": 3", "\"left\": \"xx\", \"right\": true"),
+        but("\"initial-value\": 0", "\"initial-value\": 4"),
+        but("\"location\": \"l\", \"guard\"", "\"location\": \"k\", \"guard\""),
+        but("\"ref\": \"x\"", "\"ref\": \"y\""),
+        but("\"value\": {\"op\": \"+\"", "\"value\": {\"op\": \"/\""),
+        but("[\"go\"]", "[\"go\", null]"),
+        but("[\"go\"]", "[\"come\"]"),
+        but("\"automaton\": \"m\"", "\"automaton\": \"n\""),
+        but("\"name\": \"l\"}]", "\"name\": \"l\"}, {\"name\": \"l\"}]"),
+    ]);
 }
 
 #[test]
@@ -95,14 +86,11 @@ fn constants_without_a_value_of_their_type_are_errors() {
         |list: &str| SMALL.replacen("\"variables\"", &format!("\"constants\": [{list}], \"variables\""), 1);
     let two = "{\"name\": \"A\", \"type\": \"int\"}, {\"name\": \"B\", \"type\": \"int\", \"value\": {\"op\": \"+\", \
                \"left\": \"A\", \"right\": \"C\"}}, {\"name\": \"C\", \"type\": \"int\", \"value\": 1}";
-    snapshot(
-        "constants",
-        &[
-            rendered(&with("{\"name\": \"A\", \"type\": \"int\"}"), ""),
-            rendered(&with("{\"name\": \"A\", \"type\": \"bool\"}"), "A=2,B=3"),
-            rendered(&with(two), "A=1"),
-        ],
-    );
+    snapshot("constants")(&[
+        rendered(&with("{\"name\": \"A\", \"type\": \"int\"}"), ""),
+        rendered(&with("{\"name\": \"A\", \"type\": \"bool\"}"), "A=2,B=3"),
+        rendered(&with(two), "A=1"),
+    ]);
 }
 
 #[test]

@@ -9,9 +9,7 @@ mod rewards;
 mod systems;
 mod write;
 
-use meliora::error::SourceFile;
-use meliora::lang::{self, Checked};
-use serde_json::{Value as Json, json};
+use crate::common::prelude::*;
 
 /// A model of one automaton `m` with one location, of an `x` from 0 to 3, around the edges given.
 pub(crate) fn around(edges: Json) -> Json {

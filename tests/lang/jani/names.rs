@@ -1,13 +1,10 @@
 //! Names that PRISM's language does not have: they are kept, except for those of constants and variables,
 //! whose replacements are told at their places.
 
-use std::collections::BTreeMap;
-
 use meliora::lang::flat;
-use meliora::model::{Program, State, Variable};
-use serde_json::{Value as Json, json};
 
 use super::{bounded, load_text};
+use crate::common::prelude::*;
 
 fn model() -> Json {
     let go = json!({"location": "lo c", "action": "go left", "guard": {"exp": {"op": "<", "left": "a b", "right": "k k"}},

@@ -1,14 +1,11 @@
 //! Random programs, written as JANI and read again, do the same in every state.
 
-use meliora::error::SourceFile;
-use meliora::lang;
-use meliora::model::step::{Step, StepError};
-use meliora::model::{Program, State};
+use meliora::model::step::StepError;
 use proptest::prelude::*;
 
 use super::write;
 use crate::common::brute::valuations;
-use crate::common::random_program::random_program;
+use crate::common::prelude::*;
 
 /// Returns the sorted successors of all choices without action names; none for an error.
 fn outcomes(steps: Result<Vec<Step>, StepError>) -> Option<Vec<Vec<(State, f64)>>> {
@@ -19,7 +16,7 @@ fn outcomes(steps: Result<Vec<Step>, StepError>) -> Option<Vec<Vec<(State, f64)>
 
 fn read(program: &Program) -> Program {
     let text = write::document(program).to_string();
-    lang::load(&SourceFile::new("random.jani", text), &SourceFile::new("c", "")).unwrap().program
+    parsed(text)
 }
 
 proptest! {

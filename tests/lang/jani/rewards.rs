@@ -1,11 +1,9 @@
 //! Rewards of JANI models: transient numbers.
 
 use meliora::advanced::lang::property::{Measure, Optimum, PropertyKind, Rewards};
-use meliora::error::Error;
-use meliora::model::Program;
-use serde_json::{Value as Json, json};
 
 use super::{around, load};
+use crate::common::prelude::*;
 
 /// A model with a transient real `cost`, around the edges given.
 fn costly(edges: Json, initial: f64) -> Json {

@@ -1,12 +1,7 @@
 //! Systems in systems, as Storm writes them, against the system of all automata.
 
-use std::sync::Arc;
-
-use meliora::engine::{AnyEngine, Engine, Settings, Storage};
-use meliora::error::Error;
-use serde_json::{Value as Json, json};
-
 use super::{bounded, load};
+use crate::common::prelude::*;
 
 /// An automaton that counts its own variable up to 2 by `go`, and has a silent edge back from 2 and one `own` edge.
 fn automaton(name: &str) -> Json {
