@@ -10,17 +10,16 @@ use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
 use meliora_model::rewards::Earner;
 use meliora_model::{Program, State};
-use meliora_space::weighted::{Codec, Fractions, Walker};
+use meliora_space::index::Looked;
+use meliora_space::weighted::{Codec, Fractions, Steps, Walk, Walker};
 use num_traits::Zero;
 
 use super::codes::Codes;
 use super::cost::check_rewards;
+use super::game_graph::Edge;
 pub use super::game_graph::{Extremes, GameGraph, Rewards};
-use super::graph::Graph;
 use super::meter::Meter;
 use super::narrow::Narrow;
-use super::reached::Reached;
-use super::search::Search;
 
 /// A set of states of an arena.
 pub type Members = BitVec;
@@ -62,21 +61,20 @@ impl<'e> Arena<'e> {
         let states = engine.list_states(&all, usize::MAX)?;
         let listed = states.len() * each as usize;
         meter.take(listed)?;
-        let search = Search { engine, program, end: engine.no_states(), inside: all, cost: None };
-        let walker = search.walker()?;
-        let Reached { graph, found, .. } = search.explored(&states, &walker, &mut meter)?;
+        let sink = Arc::clone(&settings.sink);
+        let walker = Walker::new(program, &*sink)?;
+        let codec = walker.codec().clone();
+        let mut codes = Codes::new(&codec, 1);
+        for state in &states {
+            codes.add(0, &codec.known(state)?, &mut meter)?;
+        }
+        let theirs = engine.theirs().map(|theirs| marked(engine, &theirs, &states)).transpose()?;
         drop(states);
         meter.release(listed);
-        // The first node is the end of paths, which none of them enters.
-        let Graph { game: mut graph, positions, .. } = graph;
-        graph.choices.first.remove(0);
-        graph.choices.to.iter_mut().for_each(|to| *to -= 1);
-        let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
+        let (mut graph, positions) = explored(&codes, &mut *walker.walk(), &mut meter)?;
+        graph.theirs = theirs;
         let memory = meter.left();
-        graph.theirs = None;
-        let mut arena = Arena { program, graph, positions, codes: found.codes, codec, sink, memory };
-        arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
-        Ok(arena)
+        Ok(Arena { program, graph, positions, codes, codec, sink, memory })
     }
 
     /// Returns the position of a choice among those of its state in the program.
@@ -186,6 +184,42 @@ impl<'e> Arena<'e> {
     pub(crate) fn meter(&self) -> Meter<'_> {
         Meter::with(self.memory, &*self.sink)
     }
+}
+
+/// Returns the states of a list that are in a set of an engine. Cost: one membership test per state.
+fn marked<E: Engine>(engine: &E, set: &E::States, states: &[State]) -> Result<BitVec> {
+    let membership = engine.membership(&[set])?;
+    states.iter().map(|state| Ok(membership.of(state)? & 1 == 1)).collect()
+}
+
+/// Lists the choices of states that do not lead to others; returns them with their positions among those of their states.
+fn explored(codes: &Codes, walk: &mut dyn Walk, meter: &mut Meter<'_>) -> Result<(GameGraph, Narrow)> {
+    let (mut graph, mut positions) = (GameGraph::default(), Narrow::default());
+    let (mut steps, mut looked, mut targets) = (Steps::default(), Looked::default(), Vec::new());
+    for number in 0..codes.len() {
+        meter.step()?;
+        meter.progress_at(number, &|| format!("{number} of {} states", codes.len()));
+        walk.steps(&codes.code(number as u32), &mut graph.fractions, &mut steps)?;
+        codes.look(0, &steps, &mut looked);
+        targets.clear();
+        let find = |(at, code)| codes.find_looked(0, code, &looked, at);
+        targets.extend(steps.codes().enumerate().map(find));
+        let (mut next, edges) = (0, graph.edges_in_all());
+        for position in 0..steps.choices() {
+            let weights = steps.weights(position);
+            let own = &targets[next..next + weights.len()];
+            next += weights.len();
+            if own.iter().all(Option::is_some) {
+                graph.add_choice(own.iter().flatten().zip(weights).map(|(&to, &p)| Edge::new(to, p, false)));
+                positions.push(position as u32);
+            }
+        }
+        graph.choices.first.push(positions.len() as u32);
+        meter.number(graph.edges_in_all())?;
+        let own = (graph.edges_in_all() - edges) * (4 + graph.weights.width());
+        meter.take(own + 4 + graph.choices.of(number as u32).len() * (4 + positions.width()))?;
+    }
+    Ok((graph, positions))
 }
 
 impl Deref for Arena<'_> {
