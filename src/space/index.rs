@@ -148,7 +148,8 @@ impl Index {
         let number = slot & low;
         let is_same = slot != NOBODY
             && (slot ^ part(hash)) & !low == 0
-            && self.codes[number as usize * code.len()..][..code.len()] == *code;
+            // Most codes have one or two words: a loop takes less time than a call to compare memory.
+            && self.codes[number as usize * code.len()..][..code.len()].iter().eq(code);
         is_same.then_some(number)
     }
 

@@ -14,7 +14,7 @@ use meliora_space::index::Looked;
 use meliora_space::weighted::{Codec, Fractions, Steps, Walk, Walker};
 use num_traits::Zero;
 
-use super::codes::Codes;
+use super::codes::{Codes, marks};
 use super::cost::check_rewards;
 use super::game_graph::Edge;
 pub use super::game_graph::{Extremes, GameGraph, Rewards};
@@ -68,9 +68,9 @@ impl<'e> Arena<'e> {
         for state in &states {
             codes.add(0, &codec.known(state)?, &mut meter)?;
         }
-        let theirs = engine.theirs().map(|theirs| marked(engine, &theirs, &states)).transpose()?;
         drop(states);
         meter.release(listed);
+        let theirs = engine.theirs().map(|theirs| among(engine, &theirs, (&codes, &codec))).transpose()?;
         let (mut graph, positions) = explored(&codes, &mut *walker.walk(), &mut meter)?;
         graph.theirs = theirs;
         let memory = meter.left();
@@ -108,13 +108,7 @@ impl<'e> Arena<'e> {
     /// # Errors
     /// The set belongs to another engine; a limit is reached.
     pub fn members<E: Engine>(&self, engine: &E, set: &E::States) -> Result<BitVec> {
-        let membership = engine.membership(&[set])?;
-        let mut members = BitVec::repeat(false, self.states());
-        for number in 0..self.states() {
-            let inside = membership.of(&self.state(number))?;
-            members.set(number, inside & 1 == 1);
-        }
-        Ok(members)
+        among(engine, set, (&self.codes, &self.codec))
     }
 
     /// Returns a set of states of the arena as one of an engine with the same states.
@@ -187,9 +181,10 @@ impl<'e> Arena<'e> {
 }
 
 /// Returns the states of a list that are in a set of an engine. Cost: one membership test per state.
-fn marked<E: Engine>(engine: &E, set: &E::States, states: &[State]) -> Result<BitVec> {
+fn among<E: Engine>(engine: &E, set: &E::States, (codes, codec): (&Codes, &Codec)) -> Result<BitVec> {
     let membership = engine.membership(&[set])?;
-    states.iter().map(|state| Ok(membership.of(state)? & 1 == 1)).collect()
+    let inside = |number: u32| Ok(marks(&*membership, codec, &codes.code(number))? & 1 == 1);
+    (0..codes.len() as u32).map(inside).collect()
 }
 
 /// Lists the choices of states that do not lead to others; returns them with their positions among those of their states.

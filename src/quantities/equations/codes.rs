@@ -2,6 +2,7 @@
 
 use crate::equations::meter::Meter;
 use meliora_base::error::Result;
+use meliora_engine::membership::Membership;
 use meliora_space::index::{Index, Looked};
 use meliora_space::meter::Meter as Bytes;
 use meliora_space::weighted::{Code, Codec, Steps};
@@ -100,6 +101,17 @@ impl Codes {
     pub(crate) fn width(&self) -> usize {
         // The table of the index has up to 16 places of four bytes for seven codes.
         size_of::<u64>() * self.index.words() + 2 * size_of::<u32>()
+    }
+}
+
+/// Returns the sets of a test that contain the state of a code.
+///
+/// # Errors
+/// A set belongs to another engine.
+pub(crate) fn marks(sets: &dyn Membership, codec: &Codec, code: &[u64]) -> Result<u64> {
+    match sets.numbers() {
+        Some(numbers) => Ok(numbers.number(code).map_or(0, |number| numbers.marks(number))),
+        None => sets.of(&codec.decode(code)),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The graph of the states that some states reach, until their paths end or fail.
 
-use crate::equations::codes::Codes;
+use crate::equations::codes::{Codes, marks};
 use crate::equations::cost::{Cost, Earned};
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{EVERY, Graph, Rank};
@@ -234,10 +234,7 @@ impl<'a, 'm> Growing<'a, 'm> {
 
     /// Returns the sets that contain a state.
     fn marks(&self, code: &[u64]) -> Result<u64> {
-        match self.parts.numbers() {
-            Some(numbers) => Ok(numbers.number(code).map_or(0, |number| numbers.marks(number))),
-            None => self.parts.of(&self.codec.decode(code)),
-        }
+        marks(self.parts, self.codec, code)
     }
 
     /// Notes the side that chooses in a node of a game.
