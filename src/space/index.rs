@@ -26,15 +26,22 @@ pub struct Index {
     slots: Array<u32>,
     hasher: RandomState,
     meter: Meter,
-    /// The hashes and the first slots of the codes of one call.
-    looked: Vec<(u64, u32)>,
+    looked: Looked,
+}
+
+/// The hashes and the first slots of some codes, by their positions. Slots are read before the first code is compared.
+#[derive(Debug, Default)]
+pub struct Looked {
+    slots: Vec<(u64, u32)>,
+    /// The number of slots of the table.
+    size: usize,
 }
 
 impl Index {
     /// Creates an empty index for codes of `words` words.
     pub fn new(words: usize, meter: &Meter) -> Self {
         let (codes, slots) = (Array::new(meter), Array::new(meter));
-        Index { codes, words, slots, hasher: hasher(), meter: meter.clone(), looked: Vec::new() }
+        Index { codes, words, slots, hasher: hasher(), meter: meter.clone(), looked: Looked::default() }
     }
 
     /// Returns the number of states.
@@ -72,29 +79,61 @@ impl Index {
         codes: impl Iterator<Item = [u64; W]> + Clone,
         numbers: &mut Vec<u32>,
     ) -> Result<()> {
-        let size = self.slots.len();
-        let Index { slots, hasher, looked, .. } = self;
-        looked.clear();
-        looked.extend(codes.clone().map(|code| {
-            let hash = hash(hasher, code.iter().copied());
-            (hash, slots.get(hash as usize & size.wrapping_sub(1)).copied().unwrap_or(NOBODY))
-        }));
+        let mut looked = std::mem::take(&mut self.looked);
+        self.look(codes.clone(), &mut looked);
         numbers.clear();
         for (at, code) in codes.enumerate() {
-            let (hash, slot) = self.looked[at];
-            // Slots of a table that has grown meanwhile mean nothing.
-            let first = (self.slots.len() == size).then(|| self.matches(slot, &code, hash)).flatten();
-            numbers.push(match first.or_else(|| self.search(&code, hash)) {
+            numbers.push(match self.find_looked(&code, &looked, at) {
                 Some(number) => number,
-                None => self.insert(&code, hash)?,
+                None => self.insert(&code, looked.slots[at].0)?,
             });
         }
+        self.looked = looked;
         Ok(())
     }
 
     /// Returns the number of a code, if the code is known.
     pub fn find(&self, code: &[u64]) -> Option<u32> {
         self.search(code, hash(&self.hasher, code.iter().copied()))
+    }
+
+    /// Returns the number of words of a code.
+    #[inline]
+    pub fn words(&self) -> usize {
+        self.words
+    }
+
+    /// Adds a code that is not known, and returns its number.
+    ///
+    /// # Errors
+    /// The memory limit or the maximum number of states is reached.
+    pub fn add(&mut self, code: &[u64]) -> Result<u32> {
+        self.insert(code, hash(&self.hasher, code.iter().copied()))
+    }
+
+    /// Reads the first slots of some codes, for [`Index::find_looked`].
+    #[inline]
+    pub fn look<C: AsRef<[u64]>>(&self, codes: impl Iterator<Item = C>, into: &mut Looked) {
+        into.size = self.slots.len();
+        into.slots.clear();
+        into.slots.extend(codes.map(|code| self.first(code.as_ref().iter().copied())));
+    }
+
+    /// Returns the number of a code, if the code is known; it has this position among those that were looked up.
+    #[inline]
+    pub fn find_looked(&self, code: &[u64], looked: &Looked, position: usize) -> Option<u32> {
+        let (hash, slot) = looked.slots[position];
+        // Slots of a table that has grown meanwhile mean nothing.
+        let first = (self.slots.len() == looked.size).then(|| self.matches(slot, code, hash)).flatten();
+        first.or_else(|| self.search(code, hash))
+    }
+
+    /// Returns the hash of a code and its first slot.
+    #[inline]
+    fn first(&self, code: impl Iterator<Item = u64>) -> (u64, u32) {
+        let hash = hash(&self.hasher, code);
+        let at = hash as usize & self.slots.len().wrapping_sub(1);
+        (hash, self.slots.get(at).copied().unwrap_or(NOBODY))
     }
 
     /// Frees unused capacity.
@@ -109,7 +148,8 @@ impl Index {
         let number = slot & low;
         let is_same = slot != NOBODY
             && (slot ^ part(hash)) & !low == 0
-            && self.codes[number as usize * code.len()..][..code.len()] == *code;
+            // Most codes have one or two words: a loop takes less time than a call to compare memory.
+            && self.codes[number as usize * code.len()..][..code.len()].iter().eq(code);
         is_same.then_some(number)
     }
 

@@ -98,6 +98,13 @@ impl Layout {
         self.words
     }
 
+    /// Returns the number of low bits of the last word that no variable uses; 0 in a [`Layout::radix`].
+    pub fn spare(&self) -> u32 {
+        let last = self.words as u32 - 1;
+        let own = self.fields.iter().filter(|field| field.word == last && field.width > 0);
+        if self.valuations.is_some() { 0 } else { own.map(|field| field.shift).min().unwrap_or(u64::BITS) }
+    }
+
     /// Returns the number of valuations of a [`Layout::radix`], else `None`.
     pub fn valuations(&self) -> Option<u64> {
         self.valuations

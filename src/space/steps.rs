@@ -30,6 +30,11 @@ impl Steps {
         codes.zip(self.weights[start..end].iter().copied())
     }
 
+    /// Returns the successors of all choices, in their order.
+    pub fn codes(&self) -> impl Iterator<Item = &[u64]> {
+        self.codes.chunks_exact(self.words)
+    }
+
     /// Returns the numbers of the probabilities of the successors of a choice.
     pub fn weights(&self, choice: usize) -> &[u32] {
         let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;

@@ -42,6 +42,11 @@ impl Codec {
         self.layout.words()
     }
 
+    /// Returns the number of low bits of the last word of a code that are always 0.
+    pub fn spare(&self) -> u32 {
+        self.layout.spare()
+    }
+
     /// Returns the code of a state; `None` if a value is out of range.
     pub fn encode(&self, state: &[i64]) -> Option<Code> {
         self.layout.encode(state)

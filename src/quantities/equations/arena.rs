@@ -10,17 +10,18 @@ use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
 use meliora_model::rewards::Earner;
 use meliora_model::{Program, State};
-use meliora_space::weighted::{Codec, Fractions, Walker};
+use meliora_space::index::Looked;
+use meliora_space::weighted::{Codec, Fractions, Steps, Walker};
 use num_traits::Zero;
 
+use super::codes::{Codes, marks};
 use super::cost::check_rewards;
+use super::game_graph::Edge;
 pub use super::game_graph::{Extremes, GameGraph, Rewards};
 use super::graph::Graph;
 use super::listing::listed;
 use super::meter::Meter;
 use super::narrow::Narrow;
-use super::reached::Reached;
-use super::search::Search;
 
 /// A set of states of an arena.
 pub type Members = BitVec;
@@ -60,21 +61,17 @@ impl<'e> Arena<'e> {
             return Err(Limit::Memory { what }.into());
         }
         let mut meter = Meter::new(engine);
-        let search = Search { engine, program, end: engine.no_states(), inside: all.clone(), cost: None };
-        let walker = search.walker()?;
+        let walker = Walker::new(program, &*settings.sink)?;
         let membership = engine.membership(&[&all])?;
         let numbers = membership.numbers();
         let listed = numbers.map(|numbers| listed(numbers, &walker, &mut meter)).transpose()?.flatten();
-        let (Graph { game: mut graph, positions, .. }, codes) = match listed {
-            Some(listed) => listed,
-            None => {
-                let states = engine.list_states(&all, usize::MAX)?;
-                explored(&search, (&states, each as usize), &walker, &mut meter)?
-            }
+        let (graph, positions, codes) = match listed {
+            Some((Graph { game, positions, .. }, codes)) => (game, positions, codes),
+            None => explored((engine.list_states(&all, usize::MAX)?, each as usize), &walker, &mut meter)?,
         };
+        let graph = GameGraph { theirs: None, ..graph };
         let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
         let memory = meter.left();
-        graph.theirs = None;
         let mut arena = Arena { program, graph, positions, codes, codec, sink, memory };
         arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
         Ok(arena)
@@ -117,15 +114,8 @@ impl<'e> Arena<'e> {
     /// The set belongs to another engine; a limit is reached.
     pub fn members<E: Engine>(&self, engine: &E, set: &E::States) -> Result<BitVec> {
         let membership = engine.membership(&[set])?;
-        let mut members = BitVec::repeat(false, self.states());
-        for number in 0..self.states() {
-            let inside = match membership.numbers() {
-                Some(numbers) => numbers.number(self.code(number)).map_or(0, |number| numbers.marks(number)),
-                None => membership.of(&self.state(number))?,
-            };
-            members.set(number, inside & 1 == 1);
-        }
-        Ok(members)
+        let inside = |number| Ok(marks(&*membership, &self.codec, self.code(number))? & 1 == 1);
+        (0..self.states()).map(inside).collect()
     }
 
     /// Returns a set of states of the arena as one of an engine with the same states.
@@ -197,22 +187,48 @@ impl<'e> Arena<'e> {
     }
 }
 
-/// Finds the graph of some states, which are all states of the engine, and their codes.
-fn explored<E: Engine>(
-    search: &Search<'_, E>,
-    (states, bytes_of_state): (&[State], usize),
+/// Lists the choices of states, in the order of their values, that lead to no others. Returns them with their positions
+/// among those of their states, and the codes of the states.
+fn explored(
+    (states, bytes_of_state): (Vec<State>, usize),
     walker: &Walker<'_>,
     meter: &mut Meter<'_>,
-) -> Result<(Graph, Vec<u64>)> {
+) -> Result<(GameGraph, Narrow, Vec<u64>)> {
     let bytes = states.len() * bytes_of_state;
     meter.take(bytes)?;
-    let Reached { mut graph, found, .. } = search.explored(states, walker, meter)?;
+    let mut codes = Codes::new(walker.codec(), 1);
+    for state in &states {
+        codes.add(0, &walker.codec().known(state)?, meter)?;
+    }
+    drop(states);
     meter.release(bytes);
-    // The first node is the end of paths, which none of them enters.
-    graph.game.choices.first.remove(0);
-    graph.game.choices.to.iter_mut().for_each(|to| *to -= 1);
-    let codes = (0..states.len() as u32).flat_map(|number| found.codes.code(number)).collect();
-    Ok((graph, codes))
+    let (mut graph, mut positions, mut walk) = (GameGraph::default(), Narrow::default(), walker.walk());
+    let (mut steps, mut looked, mut targets) = (Steps::default(), Looked::default(), Vec::new());
+    for number in 0..codes.len() {
+        meter.step()?;
+        meter.progress_at(number, &|| format!("{number} of {} states", codes.len()));
+        walk.steps(&codes.code(number as u32), &mut graph.fractions, &mut steps)?;
+        codes.look(0, &steps, &mut looked);
+        targets.clear();
+        let find = |(at, code)| codes.find_looked(0, code, &looked, at);
+        targets.extend(steps.codes().enumerate().map(find));
+        let (mut next, edges) = (0, graph.edges_in_all());
+        for position in 0..steps.choices() {
+            let weights = steps.weights(position);
+            let own = &targets[next..next + weights.len()];
+            next += weights.len();
+            if own.iter().all(Option::is_some) {
+                graph.add_choice(own.iter().flatten().zip(weights).map(|(&to, &p)| Edge::new(to, p, false)));
+                positions.push(position as u32);
+            }
+        }
+        graph.choices.first.push(positions.len() as u32);
+        meter.number(graph.edges_in_all())?;
+        let own = (graph.edges_in_all() - edges) * (4 + graph.weights.width());
+        meter.take(own + 4 + graph.choices.of(number as u32).len() * (4 + positions.width()))?;
+    }
+    let codes = (0..codes.len() as u32).flat_map(|number| codes.code(number)).collect();
+    Ok((graph, positions, codes))
 }
 
 impl Deref for Arena<'_> {

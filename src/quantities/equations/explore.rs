@@ -19,6 +19,7 @@ use meliora_engine::Engine;
 use meliora_engine::membership::{self, Membership};
 use meliora_model::State;
 use meliora_model::preference::Change;
+use meliora_space::index::Looked;
 use meliora_space::weighted::{Code, Codec, Steps, Walk, Walker};
 
 /// The exploration of a graph.
@@ -36,6 +37,8 @@ pub(crate) struct Explorer<'a, 'm, E: Engine> {
     theirs: Option<E::States>,
     graph: &'a mut Graph,
     places: &'a mut Places,
+    /// The successors of a state, looked up in its arena.
+    looked: Looked,
     meter: &'a mut Meter<'m>,
 }
 
@@ -71,7 +74,19 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let cost = costs.constant().map(|cost| graph.fraction(cost));
         let theirs = facts.engine.theirs();
         graph.theirs = theirs.as_ref().map(|_| BitVec::new());
-        Ok(Explorer { facts, costs, codec, marks, numbers, cost, theirs, graph, places, meter })
+        Ok(Explorer {
+            facts,
+            costs,
+            codec,
+            marks,
+            numbers,
+            cost,
+            theirs,
+            graph,
+            places,
+            looked: Looked::default(),
+            meter,
+        })
     }
 
     /// Adds the node of a state in its own arena; `None` for states without a class: unsafe states
@@ -204,7 +219,11 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         // One test of the state in place of one per choice.
         let unrestricted = free || !facts.engine.contains(restricted, &state)?;
         walk.steps(code, &mut self.graph.game.fractions, steps)?;
+        self.places.look(Place::of(number), steps, &mut self.looked);
+        let mut next = 0;
         for position in 0..steps.choices() {
+            let first = next;
+            next += steps.weights(position).len();
             let taken = || walk.taken(position);
             if !unrestricted && !facts.engine.contains_choice(&arena.choices, &state, &taken().choice)? {
                 continue;
@@ -214,20 +233,28 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
                 None => self.graph.fraction(self.costs.of(&state, &taken().combinations)?),
             };
             self.graph.add_choice(position as u32, cost);
-            for (code, probability) in steps.of(position) {
+            for (at, (code, probability)) in (first..).zip(steps.of(position)) {
                 self.meter.step()?;
-                let (to, counts) = self.edge(number, reference, code)?;
+                let known = self.places.find_looked(Place::of(number), code, &self.looked, at);
+                let (to, counts) = self.edge(number, reference, code, known)?;
                 self.graph.add_edge(Edge::new(to, probability, counts));
             }
         }
         Ok(())
     }
 
-    /// Returns the end of a step from an arena and a reference class to a state, and whether the step counts.
-    fn edge(&mut self, arena: Option<u32>, reference: Option<u32>, code: &[u64]) -> Result<(u32, bool)> {
-        let (facts, place) = (self.facts, Place::of(arena));
+    /// Returns the end of a step from an arena and a reference class to a state, and whether the step counts. `known` is the
+    /// node of the state in the arena, if it has one.
+    fn edge(
+        &mut self,
+        arena: Option<u32>,
+        reference: Option<u32>,
+        code: &[u64],
+        known: Option<u32>,
+    ) -> Result<(u32, bool)> {
+        let facts = self.facts;
         let keeps_reference = facts.improvement.safety.has_reference();
-        let known = self.places.find_code(place, code).map(|node| (node, self.places.class(node)));
+        let known = known.map(|node| (node, self.places.class(node)));
         if let Some((node, class)) = known {
             match facts.change(reference, class) {
                 Change::Weakening => return Ok((LOST, false)),

@@ -7,7 +7,8 @@ use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
 use meliora_base::error::Result;
 use meliora_model::State;
-use meliora_space::weighted::{Code, Codec};
+use meliora_space::index::Looked;
+use meliora_space::weighted::{Code, Codec, Steps};
 
 /// The role of a state: in an arena, or in a junction of it, right after an improving step under
 /// `prefix`.
@@ -24,9 +25,12 @@ impl Place {
         Place { arena, junction: false }
     }
 
+    /// The number of places of a state in an arena.
+    const KEYS: u32 = 2;
+
     /// Returns a number of its own for each place.
     pub(crate) fn key(self) -> u32 {
-        2 * self.arena.map_or(0, |arena| arena + 1) + u32::from(self.junction)
+        Self::KEYS * self.arena.map_or(0, |arena| arena + 1) + u32::from(self.junction)
     }
 }
 
@@ -60,12 +64,29 @@ pub(crate) struct Places {
 impl Places {
     /// Creates an empty collection.
     pub(crate) fn new(codec: Codec, arenas: u32) -> Self {
-        Places { codes: Codes::new(&codec), codec: Some(codec), arenas, ..Places::default() }
+        let keys = Place::KEYS * (arenas + 1);
+        Places { codes: Codes::new(&codec, keys), codec: Some(codec), arenas, ..Places::default() }
     }
 
     /// Returns the node of a state at a place.
     pub(crate) fn find(&self, place: Place, state: &[i64]) -> Option<u32> {
         self.find_code(place, &self.codec.as_ref()?.encode(state)?)
+    }
+
+    /// Looks the successors of a state up at a place, for [`Places::find_looked`].
+    pub(crate) fn look(&self, place: Place, steps: &Steps, into: &mut Looked) {
+        self.codes.look(place.key(), steps, into);
+    }
+
+    /// Returns the node of the code of a number among those that were looked up at a place.
+    pub(crate) fn find_looked(
+        &self,
+        place: Place,
+        code: &[u64],
+        looked: &Looked,
+        number: usize,
+    ) -> Option<u32> {
+        self.codes.find_looked(place.key(), code, looked, number)
     }
 
     /// Returns the node of a code at a place.
@@ -91,7 +112,7 @@ impl Places {
 
     /// Returns the arena of a node.
     pub(crate) fn arena(&self, node: u32) -> Option<u32> {
-        (self.codes.key(node) / 2).checked_sub(1)
+        (self.codes.key(node) / Place::KEYS).checked_sub(1)
     }
 
     /// Returns the class of a node's state.

@@ -1,6 +1,6 @@
 //! The graph of the states that some states reach, until their paths end or fail.
 
-use crate::equations::codes::Codes;
+use crate::equations::codes::{Codes, marks};
 use crate::equations::cost::{Cost, Earned};
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{EVERY, Graph, Rank};
@@ -10,6 +10,7 @@ use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::membership::Membership;
 use meliora_model::State;
+use meliora_space::index::Looked;
 use meliora_space::weighted::{Code, Codec, Steps, Walk};
 use num_traits::Zero;
 
@@ -63,7 +64,7 @@ pub(crate) struct Coded {
 
 impl Coded {
     pub(crate) fn new(codec: &Codec) -> Self {
-        Coded { codes: Codes::new(codec), nodes: Vec::new() }
+        Coded { codes: Codes::new(codec, 1), nodes: Vec::new() }
     }
 
     /// Returns the node of a state that was found.
@@ -102,6 +103,8 @@ pub(crate) struct Growing<'a, 'm> {
     cost: Option<Earned<'a>>,
     /// The number of the cost 0.
     free: u32,
+    /// The successors of a state, looked up.
+    looked: Looked,
     meter: &'a mut Meter<'m>,
 }
 
@@ -121,7 +124,16 @@ impl<'a, 'm> Growing<'a, 'm> {
         graph.theirs = is_game.then(BitVec::new);
         let free = graph.fraction(Ratio::zero());
         graph.add_node(Rank::default(), false, meter)?;
-        Ok(Growing { parts, codec, graph, found: Coded::new(codec), cost, free, meter })
+        Ok(Growing {
+            parts,
+            codec,
+            graph,
+            found: Coded::new(codec),
+            cost,
+            free,
+            looked: Looked::default(),
+            meter,
+        })
     }
 
     /// Explores the states that some states of the engine reach, breadth first. Returns the graph, the nodes of
@@ -133,7 +145,7 @@ impl<'a, 'm> Growing<'a, 'm> {
         let mut starts = Vec::with_capacity(states.len());
         for state in states {
             let code = self.codec.known(state)?;
-            starts.push(match self.target(&code)? {
+            starts.push(match self.target(&code, self.found.codes.find(0, &code))? {
                 Some(target) => self.enter(target, &code)?,
                 // Not remembered as found: a choice that leads to it leaves the states of the engine.
                 None => self.add(Part::Lost)?,
@@ -150,10 +162,14 @@ impl<'a, 'm> Growing<'a, 'm> {
             let nodes = self.graph.nodes();
             self.meter.progress_at(next, &|| format!("{nodes} states"));
             walk.steps(&code, &mut self.graph.game.fractions, &mut steps)?;
+            self.found.codes.look(0, &steps, &mut self.looked);
             self.graph.begin(node, self.meter)?;
             self.own(node, &code)?;
+            let mut first = 0;
             for position in 0..steps.choices() {
-                if self.stays(&steps, position, &mut targets)? {
+                let stays = self.stays(&steps, (position, first), &mut targets)?;
+                first += steps.weights(position).len();
+                if stays {
                     self.choice(&code, position, walk, &steps, &targets)?;
                 }
             }
@@ -163,11 +179,17 @@ impl<'a, 'm> Growing<'a, 'm> {
         Ok(Reached { graph: self.graph, starts, found: self.found })
     }
 
-    /// Finds the targets of a choice; returns whether all are states of the engine.
-    fn stays(&self, steps: &Steps, position: usize, targets: &mut Vec<Target>) -> Result<bool> {
+    /// Finds the targets of a choice, with the number of its first successor; returns whether all are states of the engine.
+    fn stays(
+        &self,
+        steps: &Steps,
+        (position, first): (usize, usize),
+        targets: &mut Vec<Target>,
+    ) -> Result<bool> {
         targets.clear();
-        for (code, _) in steps.of(position) {
-            match self.target(code)? {
+        for (at, (code, _)) in (first..).zip(steps.of(position)) {
+            let known = self.found.codes.find_looked(0, code, &self.looked, at);
+            match self.target(code, known)? {
                 Some(target) => targets.push(target),
                 None => return Ok(false),
             }
@@ -199,10 +221,10 @@ impl<'a, 'm> Growing<'a, 'm> {
         Ok(())
     }
 
-    /// Finds a state; `None` if it is not one of the engine.
-    fn target(&self, code: &[u64]) -> Result<Option<Target>> {
-        Ok(match self.found.node(code) {
-            Some(node) => Some(Target::Found(node)),
+    /// Returns the target of a state, which has this number if it was found; `None` if it is not one of the engine.
+    fn target(&self, code: &[u64], known: Option<u32>) -> Result<Option<Target>> {
+        Ok(match known {
+            Some(number) => Some(Target::Found(self.found.nodes[number as usize])),
             None => {
                 let marks = self.marks(code)?;
                 Part::of(marks).map(Target::New)
@@ -212,10 +234,7 @@ impl<'a, 'm> Growing<'a, 'm> {
 
     /// Returns the sets that contain a state.
     fn marks(&self, code: &[u64]) -> Result<u64> {
-        match self.parts.numbers() {
-            Some(numbers) => Ok(numbers.number(code).map_or(0, |number| numbers.marks(number))),
-            None => self.parts.of(&self.codec.decode(code)),
-        }
+        marks(self.parts, self.codec, code)
     }
 
     /// Notes the side that chooses in a node of a game.
