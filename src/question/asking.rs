@@ -105,6 +105,12 @@ impl Asking {
         }
     }
 
+    /// Returns whether the question is whether a formula holds almost surely, or its negation.
+    pub fn is_about_certainty(&self) -> bool {
+        let Some(PropertyKind::Qualitative(strategies, bound)) = &self.question else { return false };
+        matches!(deciding(*strategies, *bound).0, Which::PmaxOne | Which::PminOne)
+    }
+
     /// Returns whether the states of the deciding region satisfy the question, and not the others.
     pub fn is_inside(&self) -> bool {
         match &self.question {

@@ -150,8 +150,10 @@ impl Questions {
     pub fn policy_kind(&self) -> PolicyKind {
         // A `dtmc` has one policy.
         let is_chain = self.program.kind == ModelKind::Dtmc;
-        let has_rules =
-            |asking: &Asking| is_chain || asking.question.is_none() || asking.reached_surely().is_some();
+        let has_rules = |asking: &Asking| {
+            let is_sure = asking.reached_surely().is_some() || (is_chain && asking.is_about_certainty());
+            asking.question.is_none() || is_sure
+        };
         match self.only() {
             _ if self.is_multi() => PolicyKind::Mix,
             Some(asking) if has_rules(asking) && asking.coalition.is_none() => PolicyKind::Rules,

@@ -301,3 +301,15 @@ fn strategies_have_other_forms() {
         ["reach", &model, "--property", "multi(Pmax=? [ F x=1 ], P>=0 [ F x=4 ])", "--induced", &folder];
     Finished::of(executable().args(multi)).ends(2, "of one operator");
 }
+
+/// A `dtmc` was said to have no strong cyclic plan.
+#[test]
+fn a_chain_has_no_strategies_but_those_that_reach_surely() {
+    let chain = "dtmc\nmodule m\n x : [0..2] init 0;\n [] x=0 -> 1/2:(x'=1) + 1/2:(x'=2);\n [] x>0 -> true;\nendmodule\n";
+    let scratch = Scratch::new(&[("m.prism", chain)]);
+    for property in ["P=? [ F x=1 ]", "P>0 [ F x=1 ]", "P=? [ G F x=1 ]"] {
+        let found = scratch.run(format!("reach m.prism --policy p.json --property '{property}'")).expect(2);
+        assert!(found.stderr.contains("a `dtmc` has no choices"), "{property}: {}", found.stderr);
+    }
+    scratch.run("reach m.prism --policy p.json --property 'P>=1 [ F x>0 ]'").expect(0);
+}

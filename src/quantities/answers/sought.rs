@@ -13,6 +13,11 @@ use meliora_model::{Optimum, Program, State};
 /// Maximum number of states with values.
 pub const MOST_STATES: usize = 1 << 20;
 
+/// Returns the limit of [`MOST_STATES`], which no setting raises.
+pub fn too_many_states() -> Limit {
+    Limit::Size { what: format!("more than {MOST_STATES} states to list") }
+}
+
 /// A number that is sought.
 pub enum Sought<'a, S> {
     /// The probability of the formula that the regions belong to. A formula with monitors has a condition on them.
@@ -77,7 +82,7 @@ impl<S> Sought<'_, S> {
             };
         }
         if states.len() > MOST_STATES {
-            return Err(Limit::Listed(MOST_STATES as u64).into());
+            return Err(too_many_states().into());
         }
         let wanted = match self {
             Sought::Probability(_) => Wanted::Probability,

@@ -36,13 +36,13 @@ use std::sync::Arc;
 pub use actions::ActionValues;
 pub use chain::PolicyNode;
 pub use following::{Following, Nodes, Objectives, StrategyFault, StrategyFaultKind};
-use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
+use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_lang::property::term::{Filter, FilterFunction, Term, TermKind};
 use meliora_model::{Program, State};
 use meliora_quantities::equations::arena::Arena;
-use meliora_quantities::sought::MOST_STATES;
+use meliora_quantities::sought::{MOST_STATES, too_many_states};
 pub use number::Number;
 pub use optimal::{Played, PropertyPolicy, attains};
 pub use running::{PropertyRun, PropertyRuns};
@@ -256,7 +256,7 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
 pub(crate) fn listed<E: Engine>(engine: &E, set: &E::States) -> Result<Vec<State>> {
     let list = engine.list_states(set, MOST_STATES + 1)?;
     if list.len() > MOST_STATES {
-        return Err(Limit::Listed(MOST_STATES as u64).into());
+        return Err(too_many_states().into());
     }
     Ok(list)
 }

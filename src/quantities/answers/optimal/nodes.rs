@@ -101,7 +101,8 @@ impl Found {
         }
         let new = self.keys.len();
         if new == self.limit {
-            return Err(Limit::Listed(self.limit as u64).into());
+            let what = format!("a strategy of more than {} states with memory", self.limit);
+            return Err(Limit::Size { what }.into());
         }
         self.keys.push(key);
         self.numbers.insert(key, new);

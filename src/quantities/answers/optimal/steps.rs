@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use bitvec::vec::BitVec;
-use meliora_base::error::{Limit, Result};
+use meliora_base::error::Result;
 
 use super::equations::{double, rounding};
 use super::{Choices, Optimal, bounds, reached};
@@ -11,7 +11,7 @@ use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
-use crate::sought::MOST_STATES;
+use crate::sought::{MOST_STATES, too_many_states};
 use crate::vector::{self, Accumulation, Until};
 
 /// The equations of one step as doubles.
@@ -73,7 +73,7 @@ impl<'a> Backward<'a> {
     ) -> Result<Vec<Arc<Choices>>> {
         // The strategy has at least one node for each step.
         let all = usize::try_from(count).ok().filter(|&all| all <= MOST_STATES);
-        let all = all.ok_or(Limit::Listed(MOST_STATES as u64))?;
+        let all = all.ok_or_else(too_many_states)?;
         let mut stages: Vec<Arc<Choices>> = Vec::new();
         for left in 1..=count {
             let before = stages.last().cloned();
