@@ -57,6 +57,7 @@ pub(super) struct NodeLines<'w> {
     memory: Option<Vec<Entries<'w>>>,
     actions: AHashMap<String, String>,
     probabilities: AHashMap<Arc<Ratio>, String>,
+    digits: itoa::Buffer,
 }
 
 impl<'w> NodeLines<'w> {
@@ -68,6 +69,7 @@ impl<'w> NodeLines<'w> {
             memory: monitors.map(all),
             actions: AHashMap::new(),
             probabilities: AHashMap::new(),
+            digits: itoa::Buffer::new(),
         }
     }
 
@@ -109,7 +111,7 @@ impl<'w> NodeLines<'w> {
                 write!(out, "{comma}{{\"action\":{name},\"position\":{},\"successors\":[", taking.position);
             for (number, (node, p)) in taking.successors.iter().enumerate() {
                 out.push_str(if number > 0 { ",{\"node\":" } else { "{\"node\":" });
-                push_number(*node, out);
+                out.push_str(self.digits.format(*node));
                 out.push_str(",\"probability\":");
                 if !self.probabilities.contains_key(p) {
                     self.probabilities.insert(Arc::clone(p), text(&mix::number(p)));
@@ -163,17 +165,4 @@ fn push_object(entries: &mut [Entries<'_>], values: &[i64], out: &mut String) {
         entry.push(value, out);
     }
     out.push('}');
-}
-
-fn push_number(mut number: usize, out: &mut String) {
-    let (mut digits, mut at) = ([0; 20], 20);
-    loop {
-        at -= 1;
-        digits[at] = b'0' + (number % 10) as u8;
-        number /= 10;
-        if number == 0 {
-            break;
-        }
-    }
-    out.extend(digits[at..].iter().map(|&digit| char::from(digit)));
 }
