@@ -354,7 +354,7 @@ fn the_pages_stay_short() {
     let docs: usize =
         pages().iter().filter(|path| path.starts_with(root.join("docs"))).map(|path| words(path)).sum();
     let readme = words(&root.join("README.md"));
-    assert!(docs <= 32_100 && readme <= 900, "{docs} words in docs, {readme} in the README");
+    assert!(docs <= 32_200 && readme <= 900, "{docs} words in docs, {readme} in the README");
 }
 
 #[test]
