@@ -1,25 +1,34 @@
 //! The entry points for untrusted text. Each accepts arbitrary bytes and never panics. Accepted input must
 //! survive being written and read again.
 //!
-//! The fuzz targets in `fuzz/` and the tests in `tests/dumps/hostile.rs` call these functions.
+//! The fuzz targets in `fuzz/` and the tests in `tests/dumps/hostile.rs` call these functions. Other packages compile this
+//! file, so it imports nothing from the tests.
 
 #![allow(dead_code, unreachable_pub, reason = "each user takes a part")]
 
 use std::cell::RefCell;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use meliora::advanced::lang::property::{Named, Term};
 use meliora::advanced::lang::property_file::{open_constants, parse_properties};
 use meliora::advanced::policies;
 use meliora::advanced::symbolic::order;
-use meliora::dump::{bounds, dddmp, directory};
-use meliora::export::{read_shield, write_shield};
+use meliora::dump::{Diagram, Manifest, bounds, dddmp, directory};
+use meliora::engine::ExplicitEngine;
+use meliora::engine::SymbolicEngine;
+use meliora::engine::{Engine, ProgressSink, Scope, Settings};
+use meliora::error::{Error, Limit, SourceFile, render};
+use meliora::export::{DumpContent, Inputs, export, read_shield, write_shield};
+use meliora::lang;
+use meliora::model::step::Step;
+use meliora::model::{Program, State};
+use meliora::planning::{Analysis, Options, Shield};
 use meliora::query::Archive;
 use meliora::question::plan::Planner;
 use meliora::question::{Asking, Target};
 use tempfile::TempDir;
-
-use crate::common::prelude::*;
 
 /// A model with something of everything that names can refer to.
 pub const MODEL: &str = "mdp const int K=3; const double p=0.5; formula f = x>y; label \"l\" = f & !b;\n\
