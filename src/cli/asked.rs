@@ -58,15 +58,18 @@ impl Texts<'_> {
         if let Some(target) = self.target {
             return model.questions(Properties::Target(target), &self.terms);
         }
-        if self.all_named && model.properties().next().is_some() {
+        if self.all_named {
+            if model.properties().next().is_none() {
+                return Err(without_question(&model));
+            }
             return model.questions(Properties::Named, &self.terms);
         }
         let texts: Vec<&str> = match (self.properties, model.goal_property()) {
-            ([], Some(goal)) if !self.all_named => vec![goal],
-            ([], _) if model.program().planning.is_some() && !self.all_named => {
+            ([], Some(goal)) => vec![goal],
+            ([], None) if model.program().planning.is_some() => {
                 return Err(Error::Usage(list::NO_GOAL.to_owned()));
             }
-            ([], _) => return Err(without_question(&model)),
+            ([], None) => return Err(without_question(&model)),
             (properties, _) => properties.iter().map(String::as_str).collect(),
         };
         model.questions(Properties::Texts(&texts), &self.terms)

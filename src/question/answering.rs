@@ -308,8 +308,10 @@ impl<'a> Answering<'a> {
         for &request in group.members.iter().filter(|&&request| self.has_value(request)) {
             let (asking, known, mut partial) = (self.asking(request), group.search.known(), None);
             let answer = || {
-                let is_open = under.decided(asking, known)?.value.is_none();
-                let optima = self.optima.filter(|_| is_open).and_then(|find| find());
+                let optima = match self.optima {
+                    Some(find) if under.decided(asking, known)?.value.is_none() => find(),
+                    _ => None,
+                };
                 let numbers = (optima.as_deref(), self.options.precision);
                 let mut answer = under.answer(asking, &self.asked.program, known, numbers)?;
                 let end = std::mem::replace(&mut answer.end, Ok(()));

@@ -218,11 +218,13 @@ fn explored(
             let own = &targets[next..next + weights.len()];
             next += weights.len();
             if own.iter().all(Option::is_some) {
-                graph.add_choice(own.iter().flatten().zip(weights).map(|(&to, &p)| Edge::new(to, p, false)));
+                let edges = own.iter().flatten().zip(weights);
+                edges.for_each(|(&to, &p)| graph.add_edge(Edge::new(to, p, false)));
+                graph.end_choice();
                 positions.push(position as u32);
             }
         }
-        graph.choices.first.push(positions.len() as u32);
+        graph.end_node();
         meter.number(graph.edges_in_all())?;
         let own = (graph.edges_in_all() - edges) * (4 + graph.weights.width());
         meter.take(own + 4 + graph.choices.of(number as u32).len() * (4 + positions.width()))?;

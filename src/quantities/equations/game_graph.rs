@@ -92,15 +92,6 @@ pub struct GameGraph {
 }
 
 impl GameGraph {
-    /// Adds a choice with its edges, which follow those of the last choice.
-    pub(crate) fn add_choice(&mut self, edges: impl Iterator<Item = Edge>) {
-        for edge in edges {
-            self.choices.to.push(edge.to);
-            self.weights.push(edge.weight);
-        }
-        self.choices.start.push(self.choices.to.len() as u32);
-    }
-
     /// Returns the number of states.
     pub fn states(&self) -> usize {
         self.choices.first.len() - 1

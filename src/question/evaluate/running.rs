@@ -121,7 +121,7 @@ impl Played<'_> {
         })
     }
 
-    /// Returns the alternatives of the condition on the monitors, by what holds in the nodes.
+    /// Returns the alternatives of the condition on the monitors, by the nodes in which each mark holds.
     fn disjuncts(&self, nodes: &[PolicyNode]) -> Result<Vec<Disjunct<Vec<bool>>>> {
         let (Some(condition), Some(watched)) = (&self.condition, &self.watched) else {
             return Err(undecided());

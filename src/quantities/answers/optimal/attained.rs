@@ -64,7 +64,7 @@ fn is_left_never(game: &GameGraph, component: &[u32], place: &mut [u32]) -> bool
 struct Chain<'n> {
     nodes: &'n [Node],
     game: GameGraph,
-    /// What the choices earn, by the structure of the aim.
+    /// The rewards of the choices, by the structure of the aim.
     rewards: Option<Rewards>,
 }
 
@@ -121,13 +121,10 @@ impl<'n> Chain<'n> {
         let reach = |target: &BitVec, left: &BitVec, collected: Collected<'_>, meter: &mut Meter<'_>| {
             Reaching { game, target, left, collected, goal }.values::<N>(meter)
         };
-        let until = |until: &Until| -> [BitVec; 2] {
-            let is_end = |node: &Node| until.right[node.state] && u64::from(node.steps) >= until.least;
-            [self.members(is_end), self.members(|node| until.left[node.state])]
-        };
         let (accumulation, rewards) = match (aim, &self.rewards) {
-            (Aim::Until(formula), _) => {
-                let [right, left] = until(formula);
+            (Aim::Until(Until { left, right, least, .. }), _) => {
+                let right = self.members(|node| right[node.state] && u64::from(node.steps) >= *least);
+                let left = self.members(|node| left[node.state]);
                 return reach(&right, &left, Collected::Target, meter);
             }
             (Aim::Recur(all_of), _) => return reach(&self.accepting(all_of), &all, Collected::Target, meter),
