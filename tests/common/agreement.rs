@@ -171,10 +171,22 @@ impl<E: Engine> Both<'_, E> {
             let lost = engine.union(&stuck, &outside).unwrap();
             let left = engine.difference(&engine.all_states(), &lost).unwrap();
             let left = Region { states: left, choices: c.clone() };
-            let left = engine.remove_attractor(left, c, &none, labels, lost).unwrap();
             let brute_lost = &(&brute.all_states() - &brute.sources(brute_c)) | &(brute_x - brute_y);
-            let brute_lost = brute.attractor(&brute_lost, brute_c, brute_labels);
-            self.states(what, &left.states, &(&brute.all_states() - &brute_lost));
+            let (nothing, without_labels) = (Set::new(), (&[][..], &[][..]));
+            for ((labels, brute_labels), won, brute_won) in [
+                ((labels, brute_labels), &none, &nothing),
+                ((labels, brute_labels), y, brute_y),
+                (without_labels, &none, &nothing),
+                (without_labels, y, brute_y),
+            ] {
+                let left = engine.remove_attractor(left.clone(), c, won, labels, lost.clone()).unwrap();
+                let (states, choices) =
+                    brute.without_attractor(&brute_lost, brute_won, (brute_c, brute_labels));
+                self.states(what, &left.states, &states);
+                // Of states that are lost, any pairs may remain.
+                let left = engine.choices_in(&left.choices, &left.states).unwrap();
+                self.choices(what, &left, &brute.choices_in(&choices, &states));
+            }
         }
     }
 

@@ -182,11 +182,20 @@ impl Brute {
         (states, choices)
     }
 
-    /// The least X ⊇ L that has every state of which each pair of C has a plain edge into X.
-    pub(crate) fn attractor(&self, lost: &Set, within: &Set, labels: &[EdgeLabels<Set>]) -> Set {
-        let avoids = |p: &Pair, x: &Set| self.kept(p, labels)[1].is_disjoint(x);
-        let stuck = |x: &Set| &self.all_states() - &self.sources(&self.pairs_where(within, |p| avoids(p, x)));
-        Self::fixpoint(lost.clone(), |x| x | &stuck(x))
+    /// The states outside of the least X ⊇ L that has every state outside of W of which each pair of C has a plain edge
+    /// into X, with the pairs of C that have no such edge.
+    pub(crate) fn without_attractor(
+        &self,
+        lost: &Set,
+        won: &Set,
+        (within, labels): (&Set, &[EdgeLabels<Set>]),
+    ) -> (Set, Set) {
+        let plain =
+            |p: &Pair| if labels.is_empty() { p.successors.clone() } else { self.kept(p, labels)[1].clone() };
+        let avoiding = |x: &Set| self.pairs_where(within, |p| plain(p).is_disjoint(x));
+        let stuck = |x: &Set| &(&self.all_states() - &self.sources(&avoiding(x))) - won;
+        let lost = Self::fixpoint(lost.clone(), |x| x | &stuck(x));
+        (&self.all_states() - &lost, avoiding(&lost))
     }
 
     /// νY. μX. T ∪ { s : some (s,a) ∈ C has all successors in Y and one in X }, with the pairs of C

@@ -49,6 +49,23 @@ impl ExplicitEngine {
         Ok(Region { states: removal.states, choices })
     }
 
+    /// Computes [`Engine::remove_attractor`](crate::Engine::remove_attractor).
+    pub(super) fn without_attractor(
+        &self,
+        left: Region<BitSet, BitSet>,
+        won: &BitSet,
+        lost: &BitSet,
+        rules: &impl Rules,
+    ) -> Result<Region<BitSet, BitSet>> {
+        let graph = self.graph.predecessors()?;
+        let mut removal = Removal::new(self, graph, left.states, left.choices)?;
+        // They keep their number of choices, whatever is removed.
+        won.iter().for_each(|state| removal.left[state] = u32::MAX);
+        lost.iter().for_each(|state| removal.work.add(state));
+        removal.spread(rules)?;
+        Ok(Region { states: removal.states, choices: removal.choices })
+    }
+
     /// Counts a step and checks the progress sink every [`PATIENCE`] steps.
     #[inline]
     pub(super) fn tick(&self) -> Result<()> {

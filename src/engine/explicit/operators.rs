@@ -1,6 +1,6 @@
 //! The operators of the engine interface on bit sets.
 
-use super::almost_sure::{Entering, Table};
+use super::almost_sure::{Entering, Plain, Table};
 use super::marks::Marks;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::edge_labels::{self, EdgeLabels};
@@ -219,10 +219,16 @@ impl Engine for ExplicitEngine {
         edge_labels: &[EdgeLabels<StateSet>],
         lost: StateSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
-        self.bits(&left.choices).and(self.bits(within))?;
-        self.bits(&left.states).and(self.bits(won))?;
+        let Region { states, choices } = left;
+        let left = Region { states: self.bits(&states)?.copy()?, choices: self.bits(&choices)?.copy()? };
+        self.bits(within)?;
         self.check_owned(edge_labels)?;
-        edge_labels::remove_attractor(self, left, within, won, edge_labels, lost)
+        let (won, lost) = (self.bits(won)?, self.bits(&lost)?);
+        let Region { states, choices } = match edge_labels.is_empty() {
+            true => self.without_attractor(left, won, lost, &Plain)?,
+            false => self.without_attractor(left, won, lost, &Table::new(self, edge_labels)?)?,
+        };
+        Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 
     fn stay_within(&self, x: &StateSet, within: &ChoiceSet) -> Result<Region<StateSet, ChoiceSet>> {
