@@ -42,7 +42,8 @@ impl<'a> Sides<'a> {
     }
 
     /// Returns νY. μX. T ∪ { s in `left`: a maximiser has a choice, a minimiser has only choices that stay in Y and
-    /// have a successor in X }: the states where that probability is 1. Cost: linear for each round.
+    /// have a successor in X }: the states where that probability is 1. Cost: linear for each round; states that cannot stay
+    /// in Y leave it in one pass.
     ///
     /// # Errors
     /// The work is cancelled.
@@ -53,13 +54,21 @@ impl<'a> Sides<'a> {
         meter: &mut Meter<'_>,
     ) -> Result<BitVec> {
         let mut y = self.positive(target, left);
+        if y.all() {
+            return Ok(y);
+        }
+        let mut staying = Staying::new(self, self.allowed, &y);
         loop {
             meter.step()?;
-            let x = self.attracted_within(target, left, &y, (self.allowed, None));
-            if x == y {
+            // The states of Y reach T by choices of theirs that stay, as long as these are the same.
+            if !staying.close(&mut y, target) {
                 return Ok(y);
             }
-            y = x;
+            let through = left.clone() & &y;
+            let x = self.attracted(target, &through, (&staying.choices, None));
+            if !staying.shrink(&mut y, x) {
+                return Ok(y);
+            }
         }
     }
 
@@ -81,13 +90,14 @@ impl<'a> Sides<'a> {
         loop {
             // νY. μX. choices that stay in Y and are in `gains` or have a successor in X.
             let mut y = rest.clone();
+            let mut staying = Staying::new(self, &allowed, &y);
             loop {
                 meter.step()?;
-                let x = self.attracted_within(&none, &rest, &y, (&allowed, Some(gains)));
-                if x == y {
+                staying.close(&mut y, &none);
+                let x = self.attracted(&none, &y, (&staying.choices, Some(gains)));
+                if !staying.shrink(&mut y, x) {
                     break;
                 }
-                y = x;
             }
             if y.not_any() {
                 return Ok(found);
@@ -104,37 +114,30 @@ impl<'a> Sides<'a> {
         }
     }
 
-    /// Returns the attractor of T by steps that cannot leave Y; see [`Sides::attracted`].
-    fn attracted_within(&self, target: &BitVec, left: &BitVec, y: &BitVec, (by, hits): By<'_>) -> BitVec {
-        let mut staying = by.clone();
-        for choice in by.iter_ones() {
-            staying.set(choice, self.choices.successors(choice).iter().all(|&to| y[to as usize]));
-        }
-        // A minimiser with a choice that leaves Y is not attracted.
-        let all_stay =
-            |state: usize| self.choices.of(state as u32).all(|choice| !by[choice] || staying[choice]);
-        let stays = |state: usize| self.maximisers[state] || all_stay(state);
-        let through: BitVec = (0..y.len()).map(|state| left[state] && stays(state)).collect();
-        self.attracted(target, &through, (&staying, hits))
-    }
-
     /// Returns the attractor of T through `left` by some choices, of which some hit in themselves.
     fn attracted(&self, target: &BitVec, left: &BitVec, (by, hits): By<'_>) -> BitVec {
-        let (mut found, mut enters) = (target.clone(), BitVec::<usize>::repeat(false, by.len()));
-        let count = |state: u32| self.choices.of(state).filter(|&choice| by[choice]).count() as u32;
-        let mut open: Vec<u32> = (0..left.len() as u32)
-            .map(|state| if self.maximisers[state as usize] { 1 } else { count(state) })
-            .collect();
+        let mut found = target.clone();
+        // Minimisers are attracted by the last of their choices.
+        let (mut enters, mut open) = (BitVec::<usize>::new(), Vec::new());
+        if !self.maximisers.all() {
+            let count = |state: u32| self.choices.of(state).filter(|&choice| by[choice]).count() as u32;
+            open.extend((0..left.len() as u32).map(count));
+            enters.resize(by.len(), false);
+        }
         let mut layer: Vec<u32> = target.iter_ones().map(|state| state as u32).collect();
         let mut enter = |choice: usize, found: &mut BitVec| {
             let state = self.reversed.owner[choice] as usize;
-            if found[state] || !left[state] || !by[choice] || enters[choice] {
+            if found[state] || !left[state] || !by[choice] {
                 return None;
             }
-            enters.set(choice, true);
-            open[state] -= 1;
-            if open[state] > 0 {
-                return None;
+            if !self.maximisers[state] {
+                if enters.replace(choice, true) {
+                    return None;
+                }
+                open[state] -= 1;
+                if open[state] > 0 {
+                    return None;
+                }
             }
             found.set(state, true);
             Some(state as u32)
@@ -148,5 +151,56 @@ impl<'a> Sides<'a> {
             }
         }
         found
+    }
+}
+
+/// The choices that stay in a set Y of states, while it shrinks.
+struct Staying<'s> {
+    sides: &'s Sides<'s>,
+    choices: BitVec,
+    /// The number of these choices of each state.
+    left: Vec<u32>,
+    /// The states outside of Y that choices still enter.
+    outside: Vec<u32>,
+}
+
+impl<'s> Staying<'s> {
+    fn new(sides: &'s Sides<'s>, by: &BitVec, y: &BitVec) -> Self {
+        let count = |state: u32| sides.choices.of(state).filter(|&choice| by[choice]).count() as u32;
+        let left = (0..y.len() as u32).map(count).collect();
+        let outside = y.iter_zeros().map(|state| state as u32).collect();
+        Staying { sides, choices: by.clone(), left, outside }
+    }
+
+    /// Removes the choices that leave Y, and the states of Y outside of T that cannot stay in it: maximisers without a
+    /// choice, and minimisers with a choice that leaves it. Returns whether states of Y have lost choices.
+    fn close(&mut self, y: &mut BitVec, target: &BitVec) -> bool {
+        let mut is_changed = false;
+        while let Some(gone) = self.outside.pop() {
+            for &choice in self.sides.reversed.entering(gone) {
+                if !self.choices.replace(choice as usize, false) {
+                    continue;
+                }
+                let state = self.sides.reversed.owner[choice as usize] as usize;
+                self.left[state] -= 1;
+                if !y[state] || target[state] {
+                    continue;
+                }
+                is_changed = true;
+                if self.left[state] == 0 || !self.sides.maximisers[state] {
+                    y.set(state, false);
+                    self.outside.push(state as u32);
+                }
+            }
+        }
+        is_changed
+    }
+
+    /// Lets Y be one of its parts; returns whether it was larger.
+    fn shrink(&mut self, y: &mut BitVec, part: BitVec) -> bool {
+        let lost = y.iter_ones().filter(|&state| !part[state]).map(|state| state as u32);
+        self.outside.extend(lost);
+        *y = part;
+        !self.outside.is_empty()
     }
 }

@@ -4,4 +4,5 @@ mod arenas;
 mod games;
 mod if_reached;
 mod objectives;
+mod sides;
 mod systems;
