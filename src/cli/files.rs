@@ -106,6 +106,22 @@ impl Target {
         write_all(&[(self, text.as_bytes())])
     }
 
+    /// Writes a text piece by piece; returns false, and writes nothing, if it has no piece.
+    ///
+    /// # Errors
+    /// The errors of [`Target::write`], and those of `writing`.
+    pub(super) fn write_pieces(
+        &self,
+        writing: impl FnOnce(&mut dyn FnMut(&str) -> Result<(), Error>) -> Result<(), Error>,
+    ) -> Result<bool, Error> {
+        let mut pieces = None;
+        writing(&mut |text| match &mut pieces {
+            None => pieces.insert(self.pieces()?).push(text),
+            Some(pieces) => pieces.push(text),
+        })?;
+        pieces.map_or(Ok(false), |pieces| pieces.finish().map(|()| true))
+    }
+
     /// Begins to write piece by piece. A regular file is replaced once [`Pieces::finish`] is called.
     ///
     /// # Errors
@@ -200,7 +216,7 @@ impl Pieces<'_> {
     /// The destination cannot be written, or the disk is full.
     pub(super) fn push(&mut self, text: &str) -> Result<(), Error> {
         let written = match &mut self.to {
-            Destination::Stdout => return terminal::print(text),
+            Destination::Stdout => return terminal::print_bytes(text.as_bytes()),
             Destination::Stream(None) => return Ok(()),
             Destination::Stream(Some(out)) => out.write_all(text.as_bytes()),
             Destination::File(out) => out.write_all(text.as_bytes()),

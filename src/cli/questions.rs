@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meliora::commands::policy_text::{PolicyForm, opponent_text, policy_text};
+use meliora::commands::policy_text::{PolicyForm, write_opponent, write_policy};
 use meliora::commands::region_dump;
 use meliora_base::error::Error;
 use meliora_question::{Options, PolicyKind, Questions, Strategies, pipeline, regions};
@@ -103,27 +103,24 @@ impl Given<'_> {
         let Some((plan, PolicyTargets { own, opponent })) = self.plan else { return Ok(()) };
         let program = &asked.program;
         let is_missing = found.optimal.is_none() && plan.induced.is_some();
-        let write = |out: &Option<Target>, text: Option<String>| match (out, text) {
-            (Some(out), Some(text)) => out.write(&text),
-            (None, _) if !is_missing => Ok(()),
-            _ => {
-                let missing = match asked.policy_kind() {
-                    PolicyKind::Rules => "no policy is written: no strong cyclic plan exists",
-                    PolicyKind::Mix => "no strategies are written: none satisfies the bounds",
-                    PolicyKind::Optimal => "no strategy is written: none satisfies the property",
-                };
-                job.sink.warn(missing);
-                Ok(())
-            }
+        let missing = || {
+            job.sink.warn(match asked.policy_kind() {
+                PolicyKind::Rules => "no policy is written: no strong cyclic plan exists",
+                PolicyKind::Mix => "no strategies are written: none satisfies the bounds",
+                PolicyKind::Optimal => "no strategy is written: none satisfies the property",
+            });
         };
-        let (text, form) = (asked.text(), |out: &Target| PolicyForm::by_ending(out.path()));
-        let of = (text.as_str(), found);
-        write(
-            own,
-            own.as_ref().and_then(|out| policy_text(of, program, form(out)).transpose()).transpose()?,
-        )?;
-        if let Some(out) = opponent {
-            write(opponent, opponent_text(of, program, form(out))?)?;
+        let text = asked.text();
+        let (of, form) = ((text.as_str(), found), |out: &Target| PolicyForm::by_ending(out.path()));
+        match own {
+            Some(out) if out.write_pieces(|write| write_policy(of, program, form(out), write))? => {}
+            None if !is_missing => {}
+            _ => missing(),
+        }
+        if let Some(out) = opponent
+            && !out.write_pieces(|write| write_opponent(of, program, form(out), write))?
+        {
+            missing();
         }
         let (Some(directory), Some(found)) = (&plan.induced, &found.optimal) else { return Ok(()) };
         let folder =

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::Model;
 use super::kept::Kept;
 #[cfg(feature = "output")]
-use super::policy_text::{PolicyForm, opponent_text, policy_text};
+use super::policy_text::{PolicyForm, whole_text, write_opponent, write_policy};
 use super::questions::{Properties, Terms};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_engine::{Selection, Settings, Usage};
@@ -63,7 +63,8 @@ impl AskResult {
     /// # Errors
     /// A command has no meaning in some state.
     pub fn policy_json(&self) -> Result<Option<String>> {
-        policy_text((&self.text, &self.strategies), &self.program, PolicyForm::Json)
+        let of = (&*self.text, &self.strategies);
+        whole_text(|write| write_policy(of, &self.program, PolicyForm::Json, write))
     }
 
     /// Returns the strategy of the opponent as [`AskResult::policy_json`] does.
@@ -71,7 +72,8 @@ impl AskResult {
     /// # Errors
     /// A command has no meaning in some state.
     pub fn opponent_json(&self) -> Result<Option<String>> {
-        opponent_text((&self.text, &self.strategies), &self.program, PolicyForm::Json)
+        let of = (&*self.text, &self.strategies);
+        whole_text(|write| write_opponent(of, &self.program, PolicyForm::Json, write))
     }
 }
 

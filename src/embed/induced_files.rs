@@ -69,8 +69,8 @@ impl ChainFormat {
 
 /// Returns the chain of a strategy; where a path is decided, it stays.
 fn graph(policy: &PropertyPolicy, program: &Program) -> Result<Graph> {
-    let mut nodes = Vec::with_capacity(policy.nodes.len());
-    for (number, node) in policy.nodes.iter().enumerate() {
+    let mut nodes = Vec::with_capacity(policy.nodes.count());
+    policy.nodes.each(|number, node| {
         let names = program.choices(&node.state).map_err(|f| fault::error(program, &f, &node.state))?;
         let mut rows: Vec<Row> = Vec::with_capacity(node.choices.len());
         for taking in &node.choices {
@@ -84,6 +84,7 @@ fn graph(policy: &PropertyPolicy, program: &Program) -> Result<Graph> {
             rows.push(Row { action: "decided".to_owned(), successors: vec![(number, 1.0)] });
         }
         nodes.push((node.state.clone(), rows));
-    }
+        Ok(())
+    })?;
     chain(program, nodes, policy.starts)
 }

@@ -34,45 +34,72 @@ impl PolicyForm {
     }
 }
 
-/// Returns the strategy that was asked for in the form. If it does not have this form, a list of rules is written as
-/// rules, and other strategies as JSON. `None` if there is none.
+/// Writes a piece of a text.
+pub type Piece<'w> = dyn FnMut(&str) -> Result<()> + 'w;
+
+/// Writes the strategy that was asked for in the form, piece by piece. If it does not have this form, a list of rules is
+/// written as rules, and other strategies as JSON. Writes nothing if there is none.
 ///
 /// # Errors
-/// A command has no meaning in some state.
-pub fn policy_text(
+/// A command has no meaning in some state; the errors of `write`.
+pub fn write_policy(
     (property, found): (&str, &Strategies),
     program: &Program,
     form: PolicyForm,
-) -> Result<Option<String>> {
+    write: &mut Piece<'_>,
+) -> Result<()> {
     match found {
         Strategies { policy: Some(found), .. } => match form {
-            PolicyForm::Json => Ok(Some(policy::json(found, program)? + "\n")),
-            PolicyForm::Rules | PolicyForm::Csv | PolicyForm::Dot => policy::text(found, program).map(Some),
+            PolicyForm::Json => write(&(policy::json(found, program)? + "\n")),
+            PolicyForm::Rules | PolicyForm::Csv | PolicyForm::Dot => write(&policy::text(found, program)?),
         },
         Strategies { mix: Some(found), .. } if !found.strategies.is_empty() => {
-            Ok(Some(mix::json(property, found, program)? + "\n"))
+            write(&(mix::json(property, found, program)? + "\n"))
         }
-        Strategies { optimal: Some(found), .. } => optimal(property, found, program, form).map(Some),
-        _ => Ok(None),
+        Strategies { optimal: Some(found), .. } => optimal(property, found, program, form, write),
+        _ => Ok(()),
     }
 }
 
-/// Returns the strategy of the opponent, as [`policy_text`] does.
+/// Writes the strategy of the opponent, as [`write_policy`] does.
 ///
 /// # Errors
-/// See [`policy_text`].
-pub fn opponent_text(
+/// See [`write_policy`].
+pub fn write_opponent(
     (property, found): (&str, &Strategies),
     program: &Program,
     form: PolicyForm,
-) -> Result<Option<String>> {
-    found.opponent.as_ref().map(|found| optimal(property, found, program, form)).transpose()
+    write: &mut Piece<'_>,
+) -> Result<()> {
+    match &found.opponent {
+        Some(found) => optimal(property, found, program, form, write),
+        None => Ok(()),
+    }
 }
 
-fn optimal(property: &str, found: &PropertyPolicy, program: &Program, form: PolicyForm) -> Result<String> {
+/// Returns what is written piece by piece as a whole; `None` if that is nothing.
+///
+/// # Errors
+/// Those of `writing`.
+pub fn whole_text(writing: impl FnOnce(&mut Piece<'_>) -> Result<()>) -> Result<Option<String>> {
+    let mut all: Option<String> = None;
+    writing(&mut |piece| {
+        all.get_or_insert_default().push_str(piece);
+        Ok(())
+    })?;
+    Ok(all)
+}
+
+fn optimal(
+    property: &str,
+    found: &PropertyPolicy,
+    program: &Program,
+    form: PolicyForm,
+    write: &mut Piece<'_>,
+) -> Result<()> {
     match form {
-        PolicyForm::Csv => property_policy::csv(found, program),
-        PolicyForm::Dot => property_policy::dot(found, program),
-        PolicyForm::Json | PolicyForm::Rules => property_policy::json(property, found, program),
+        PolicyForm::Csv => write(&property_policy::csv(found, program)?),
+        PolicyForm::Dot => write(&property_policy::dot(found, program)?),
+        PolicyForm::Json | PolicyForm::Rules => property_policy::json(property, found, program, write),
     }
 }

@@ -1,7 +1,10 @@
 //! Tests of many states for membership in several sets.
 
+use std::sync::Arc;
+
 use super::engine::Engine;
 use meliora_base::error::Result;
+use meliora_space::enabled::Enabled;
 
 /// The greatest number of sets of a [`Membership`].
 pub const MOST: usize = u64::BITS as usize;
@@ -37,6 +40,9 @@ pub trait Numbers {
 
     /// Returns the number of choices of a state.
     fn choices(&self, number: u32) -> usize;
+
+    /// Returns the choices of the states by their commands, if the engine keeps them.
+    fn kept_choices(&self) -> Option<&Arc<Enabled>>;
 
     /// Returns whether each choice of a state has one successor, whose probability is 1 then.
     fn is_certain(&self, number: u32) -> bool;

@@ -41,6 +41,9 @@ pub struct Settings {
     pub thresholds: Thresholds,
     /// The number of threads of a [`Selection`](crate::Selection) that is open: as many ways run at once.
     pub threads: usize,
+    /// True if the explicit engine keeps the choices of each state by their commands: for the probabilities, the rewards and
+    /// the names of the choices of a strategy.
+    pub keeps_choices: bool,
     /// The progress sink, which also cancels work.
     pub sink: Arc<dyn ProgressSink>,
 }
@@ -54,6 +57,7 @@ impl Default for Settings {
             order: Order::Auto,
             thresholds: Thresholds::default(),
             threads: 1,
+            keeps_choices: false,
             sink: Arc::new(NoProgress),
         }
     }
@@ -62,7 +66,12 @@ impl Default for Settings {
 impl Settings {
     /// Returns the extent and the limits of an exploration.
     pub(crate) fn limits(&self) -> Limits {
-        Limits { scope: self.scope, memory: self.memory, sink: Arc::clone(&self.sink) }
+        Limits {
+            scope: self.scope,
+            memory: self.memory,
+            keeps_choices: self.keeps_choices,
+            sink: Arc::clone(&self.sink),
+        }
     }
 }
 

@@ -12,8 +12,8 @@ use crate::answer::Answer;
 use crate::answering::{self, Answering, Judged, Known};
 use crate::answers::Plan as Plans;
 use crate::asking::Asking;
-use crate::evaluate::{self, Mix};
-use crate::goal::Target;
+use crate::evaluate::{self, Mix, PropertyPolicy};
+use crate::goal::{PathGoal, Target};
 use crate::listener::{Listener, Shares};
 use crate::number::Number;
 use crate::plan::Planned;
@@ -21,9 +21,10 @@ use crate::questions::{Options, PolicyKind, Questions, Strategies};
 use crate::race::{Early, Job, Raced, started};
 use crate::strategies::{self, Optimal};
 use crate::warnings::Warning;
-use meliora_base::decimal::readable;
 use meliora_base::error::{Error, Limit, Result};
-use meliora_engine::{AnyEngine, Engine, ExplicitEngine, Guided, Selection, Storage, SymbolicEngine};
+use meliora_engine::{
+    AnyEngine, Engine, ExplicitEngine, Guided, Selection, Settings, Storage, SymbolicEngine,
+};
 use meliora_lang::property::{Over, PropertyKind};
 use meliora_model::Program;
 use meliora_planning::policy::Policy;
@@ -34,6 +35,9 @@ use meliora_planning::policy::Policy;
 /// A limit is reached; a question of one, or one that has no meaning for the initial states.
 pub fn answer<J: Job + Listener>(job: &J, options: &Options, asked: &Questions) -> Result<Strategies> {
     let requests = asked.plan.requests.len();
+    let keeps_choices = asked.wants_optimal(options.strategies);
+    let settings = Settings { keeps_choices, ..options.settings.clone() };
+    let options = &Options { settings, ..options.clone() };
     let mut work = Work {
         job,
         options,
@@ -266,7 +270,7 @@ impl<J: Job + Listener> Work<'_, J> {
             let early = Early { everywhere: early.everywhere, guided: early.guided };
             Raced { program, settings, selected, lists_states, early, answer: &by_states }.run(self.job)
         };
-        if !(selected.is_open && self.wants_optimal() && self.is_plain(requests)) {
+        if !(selected.is_open && strategies::has_states(self.asked, self.options, requests)) {
             return raced(selected);
         }
         // Only a list of the states has the strategy, too. Where it does not fit, diagrams may have the answer alone.
@@ -275,11 +279,6 @@ impl<J: Job + Listener> Work<'_, J> {
             Err(Error::Limit(_)) if Listener::stop(self.job).is_none() => raced(selected),
             found => found,
         }
-    }
-
-    /// Returns whether no request needs monitors.
-    fn is_plain(&self, requests: &[usize]) -> bool {
-        requests.iter().all(|&at| self.asked.plan.requests[at].asking.goal.watched.is_none())
     }
 
     /// Answers some requests with an engine that knows all states, and then the properties that are left if `rest` says
@@ -291,9 +290,12 @@ impl<J: Job + Listener> Work<'_, J> {
         requests: &[usize],
         rest: bool,
     ) -> Result<Found> {
-        let explicit = engine.explicit().filter(|_| self.is_plain(requests) && self.wants_optimal());
+        let explicit =
+            engine.explicit().filter(|_| strategies::has_states(self.asked, self.options, requests));
         let optimal = OnceCell::new();
-        let find = explicit.map(|explicit| || optimal.get_or_init(|| self.strategies_on(listener, explicit)));
+        let goal = strategies::watched_goal(self.asked, requests);
+        let find = explicit
+            .map(|explicit| || optimal.get_or_init(|| self.strategies_on(listener, (explicit, goal))));
         let numbers = find.as_ref().map(|find| || find().as_ref().ok()?.optima.clone());
         let optima = numbers.as_ref().map(|numbers| numbers as &dyn Fn() -> Option<Vec<evaluate::Number>>);
         let answering = Answering::new(listener, self.options, self.asked, self.known.clone());
@@ -321,8 +323,7 @@ impl<J: Job + Listener> Work<'_, J> {
 
     /// Returns whether strategies of one operator are asked for.
     fn wants_optimal(&self) -> bool {
-        let wanted = self.options.strategies;
-        self.asked.policy_kind() == PolicyKind::Optimal && (wanted.policy || wanted.opponent)
+        self.options.settings.keeps_choices
     }
 
     /// Returns whether a property is answered over the states of the model, although its request has monitors.
@@ -345,29 +346,27 @@ impl<J: Job + Listener> Work<'_, J> {
             }
         };
         let Some(engine) = engine.explicit() else { return Ok(()) };
-        let found = self.strategies_on(self.listener(), engine)?;
+        let found = self.strategies_on(self.listener(), (engine, None))?;
         self.found_optimal(Some(found));
         Ok(())
     }
 
-    /// Computes the strategies of one operator with the states of the model.
-    fn strategies_on(&self, listener: &dyn Listener, engine: &Arc<ExplicitEngine>) -> Result<Optimal> {
-        listener.timed(("policy", "policy"), || strategies::optimal(self.asked, engine, self.options))
+    /// Computes the strategies of one operator with the states of the model, or of the model with the monitors of a goal.
+    fn strategies_on(
+        &self,
+        listener: &dyn Listener,
+        states: (&Arc<ExplicitEngine>, Option<&PathGoal>),
+    ) -> Result<Optimal> {
+        listener.timed(("policy", "policy"), || strategies::optimal(self.asked, states, self.options))
     }
 
     /// Notes the strategies of one operator.
     fn found_optimal(&mut self, found: Option<Optimal>) {
         let Some(Optimal { both: [own, opponent], .. }) = found else { return };
         self.has_optimal = true;
-        for found in
-            [&own, &opponent].into_iter().flatten().filter(|own| !own.is_attained(self.options.precision))
-        {
-            let message = format!(
-                "the strategy attains {}, and the optimum is {}: no strategy was found that is closer",
-                readable(f64::midpoint(found.value.lower, found.value.upper)),
-                readable(f64::midpoint(found.optimum.lower, found.optimum.upper)),
-            );
-            self.listener().warn(Warning::Text(message));
+        let missed = |own: &&PropertyPolicy| !own.is_attained(self.options.precision);
+        for own in [&own, &opponent].into_iter().flatten().filter(missed) {
+            self.listener().warn(Warning::Text(strategies::missed(own)));
         }
         (self.strategies.optimal, self.strategies.opponent) = (own, opponent);
     }

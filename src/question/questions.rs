@@ -29,6 +29,7 @@ pub struct Questions {
 }
 
 /// The options of answers.
+#[derive(Clone)]
 pub struct Options {
     /// The settings of the engines.
     pub settings: Settings,
@@ -87,6 +88,11 @@ impl Questions {
         Questions { program: Arc::new(program), plan, required, is_list, overlap }
     }
 
+    /// Returns whether strategies of one operator are wanted.
+    pub(crate) fn wants_optimal(&self, wanted: WantedStrategies) -> bool {
+        self.policy_kind() == PolicyKind::Optimal && (wanted.policy || wanted.opponent)
+    }
+
     /// Checks that the only question has the strategies that are wanted.
     ///
     /// # Errors
@@ -99,7 +105,7 @@ impl Questions {
                 "the strategy of the opponent is that of one property of a game, such as `<<p1>> Pmax=? [ F a ]`",
             );
         }
-        if kind == PolicyKind::Optimal && (wanted.policy || wanted.opponent) {
+        if self.wants_optimal(wanted) {
             self.check_optimal().or_else(wrong)?;
         }
         if !wanted.strong && (!wanted.policy || kind != PolicyKind::Rules) {

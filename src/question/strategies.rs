@@ -3,15 +3,16 @@
 use std::sync::Arc;
 
 use crate::evaluate::{self, Evaluator, Model, PropertyPolicy};
+use crate::goal::PathGoal;
 use crate::number::Number;
 use crate::plan::{Planned, Request};
 use crate::questions::{Options, Questions};
+use meliora_base::decimal::readable;
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
 use meliora_certify::policy::rules::{Rules, Taken};
 use meliora_engine::{Engine, ExplicitEngine, Guided};
-use meliora_lang::property::Optimum;
-use meliora_lang::property::term::{Measure, TermKind};
+use meliora_lang::property::term::{Measure, Path, TermKind};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_planning::policy::{Policy, PolicyEntry, strong_region};
@@ -77,22 +78,55 @@ pub(crate) struct Optimal {
     pub(crate) optima: Option<Vec<evaluate::Number>>,
 }
 
+/// Returns the formula of a property for a probability, if its request has monitors.
+fn watched_path<'p>(property: &'p Planned, requests: &[Request]) -> Option<&'p Path> {
+    let (at, (_, term)) = (property.request()?, property.stated.as_ref()?);
+    let TermKind::Operator(measured) = &term.kind else { return None };
+    let Measure::Probability(path) = &measured.measure else { return None };
+    requests[at].asking.goal.watched.is_some().then_some(&**path)
+}
+
 /// Returns whether a property with a strategy is answered over the states of the model, although its request has monitors:
 /// the strategy needs these states, and there are no others then.
 pub(crate) fn needs_no_monitors(property: &Planned, requests: &[Request]) -> bool {
-    let (Some(at), Some((_, term))) = (property.request(), &property.stated) else { return false };
-    let TermKind::Operator(measured) = &term.kind else { return false };
-    let Measure::Probability(path) = &measured.measure else { return false };
-    // The least probabilities over the states take one pass over them for each step of the longest path.
-    let is_direct = path.single.is_some() && measured.optimum == Optimum::Max;
-    is_direct && requests[at].asking.goal.watched.is_some()
+    watched_path(property, requests).is_some_and(|path| path.single.is_some())
 }
 
-/// Computes the strategy of the only property, and that of the opponent, as they are asked for.
+/// Returns the goal with monitors whose states the strategy of the only property needs, if it is the only one of some
+/// requests.
+pub(crate) fn watched_goal<'q>(asked: &'q Questions, requests: &[usize]) -> Option<&'q PathGoal> {
+    let ([property], [only]) = (&asked.plan.properties[..], requests) else { return None };
+    let path = watched_path(property, &asked.plan.requests)?;
+    let is_own = property.request() == Some(*only) && path.single.is_none();
+    is_own.then_some(&asked.plan.requests[*only].asking.goal)
+}
+
+/// Returns whether some requests are answered in the states that a strategy of the only property needs, if one is wanted.
+pub(crate) fn has_states(asked: &Questions, options: &Options, requests: &[usize]) -> bool {
+    let is_plain = |at: &usize| asked.plan.requests[*at].asking.goal.watched.is_none();
+    let has_all = || requests.iter().all(is_plain) || watched_goal(asked, requests).is_some();
+    asked.wants_optimal(options.strategies) && has_all()
+}
+
+/// Returns the warning about a strategy that does not attain the optimum.
+pub(crate) fn missed(found: &PropertyPolicy) -> String {
+    format!(
+        "the strategy attains {}, and the optimum is {}: no strategy was found that is closer",
+        readable(f64::midpoint(found.value.lower, found.value.upper)),
+        readable(f64::midpoint(found.optimum.lower, found.optimum.upper)),
+    )
+}
+
+/// Computes the strategy of the only property, and that of the opponent, as they are asked for. The engine is that of the
+/// model, or of a goal with monitors.
 ///
 /// # Errors
 /// The property has no strategy of this kind; a limit is reached.
-pub(crate) fn optimal(asked: &Questions, engine: &Arc<ExplicitEngine>, options: &Options) -> Result<Optimal> {
+pub(crate) fn optimal(
+    asked: &Questions,
+    (engine, goal): (&Arc<ExplicitEngine>, Option<&PathGoal>),
+    options: &Options,
+) -> Result<Optimal> {
     let build = |program: &Arc<Program>| {
         ExplicitEngine::new(Arc::clone(program), engine.settings().clone()).map(Arc::new)
     };
@@ -100,6 +134,7 @@ pub(crate) fn optimal(asked: &Questions, engine: &Arc<ExplicitEngine>, options: 
         return Err(Error::Usage("`--policy` is about one property".to_owned()));
     };
     let model = Model::new(&**engine, &asked.program, &build, options.precision).under(&asked.required);
+    let model = model.watched(goal);
     let evaluator = Evaluator::new(&model, source);
     let mut optima = None;
     let mut find = |is_wanted: bool, of_opponent: bool| -> Result<Option<PropertyPolicy>> {

@@ -15,7 +15,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::value::RawValue;
 
-use super::node_lines::Names;
+use super::node_lines::{Names, Source};
 use super::policy_file::place;
 
 /// A strategy of a file.
@@ -146,8 +146,8 @@ pub(super) struct SuccessorEntry {
 /// # Errors
 /// A command has no meaning in some state.
 pub fn json(property: &str, mix: &Mix, program: &Program) -> Result<String> {
-    let walker = Names::walker(program)?;
-    let mut names = Names::new(&walker);
+    let source = Source::new(program)?;
+    let mut names = source.names();
     let strategy = |own: &MixedStrategy| {
         let nodes = own.nodes.iter().map(|(state, node)| entry(program, &mut names, state, node));
         Ok(StrategyEntry {
@@ -192,7 +192,7 @@ fn entry(program: &Program, names: &mut Names<'_>, state: &State, node: &Node) -
         steps: Some(node.steps),
         round: None,
         other: false,
-        actions: actions(&names.of(state)?, &node.choices),
+        actions: actions(names.of(0, state)?, &node.choices),
     })
 }
 

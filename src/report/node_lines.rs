@@ -10,7 +10,8 @@ use meliora_base::exact::Ratio;
 use meliora_base::progress::NoProgress;
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, Variable};
-use meliora_question::evaluate::PolicyNode;
+use meliora_question::evaluate::{PolicyNode, PropertyPolicy};
+use meliora_space::enabled::Enabled;
 use meliora_space::weighted::{Walk, Walker};
 use serde::Serialize;
 
@@ -21,31 +22,64 @@ pub(super) fn text(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 
-/// The names of the choices of states.
-pub(super) struct Names<'w> {
-    walker: &'w Walker<'w>,
-    walk: Box<dyn Walk + 'w>,
+/// The source of the names of choices.
+pub(super) enum Source<'p> {
+    /// The lists of choices that an engine keeps, and the list of each node.
+    Kept(&'p Program, &'p Enabled, &'p [u32]),
+    /// The guards of a program.
+    Walked(Box<Walker<'p>>),
 }
 
-impl<'w> Names<'w> {
+impl<'p> Source<'p> {
     /// Compiles a program.
     ///
     /// # Errors
     /// A state does not fit into a code.
-    pub(super) fn walker(program: &'w Program) -> Result<Walker<'w>> {
-        Walker::new(program, &NoProgress)
+    pub(super) fn new(program: &'p Program) -> Result<Self> {
+        Ok(Source::Walked(Box::new(Walker::new(program, &NoProgress)?)))
     }
 
-    pub(super) fn new(walker: &'w Walker<'w>) -> Self {
-        Names { walker, walk: walker.walk() }
+    /// Returns the source for the nodes of a policy.
+    ///
+    /// # Errors
+    /// See [`Source::new`].
+    pub(super) fn of_policy(policy: &'p PropertyPolicy, program: &'p Program) -> Result<Self> {
+        match policy.nodes.kept_choices() {
+            Some((all, of_nodes)) => Ok(Source::Kept(program, all, of_nodes)),
+            None => Source::new(program),
+        }
     }
 
-    /// Returns the names of the choices of a state, by position.
+    /// Returns the names, each of which is made once.
+    pub(super) fn names(&self) -> Names<'_> {
+        match self {
+            Source::Kept(program, all, of_nodes) => {
+                Names::Kept { program, all, of_nodes, known: vec![None; all.lists()] }
+            }
+            Source::Walked(walker) => Names::Walked { walker, walk: walker.walk() },
+        }
+    }
+}
+
+/// The names of the choices of states.
+pub(super) enum Names<'w> {
+    Kept { program: &'w Program, all: &'w Enabled, of_nodes: &'w [u32], known: Vec<Option<Vec<String>>> },
+    Walked { walker: &'w Walker<'w>, walk: Box<dyn Walk + 'w> },
+}
+
+impl Names<'_> {
+    /// Returns the names of the choices of a node with a state, by position.
     ///
     /// # Errors
     /// A command has no meaning in the state.
-    pub(super) fn of(&mut self, state: &[i64]) -> Result<Vec<String>> {
-        self.walk.names(&self.walker.codec().known(state)?)
+    pub(super) fn of(&mut self, node: usize, state: &[i64]) -> Result<&[String]> {
+        match self {
+            Names::Walked { walker, walk } => walk.names(&walker.codec().known(state)?),
+            Names::Kept { program, all, of_nodes, known } => {
+                let list = of_nodes[node];
+                Ok(known[list as usize].get_or_insert_with(|| all.names(program, list)))
+            }
+        }
     }
 }
 
@@ -56,7 +90,8 @@ pub(super) struct NodeLines<'w> {
     /// The variables of monitors; `None` without monitors.
     memory: Option<Vec<Entries<'w>>>,
     actions: AHashMap<String, String>,
-    probabilities: AHashMap<Arc<Ratio>, String>,
+    /// The texts of probabilities by address; what is there stays.
+    probabilities: AHashMap<usize, (Arc<Ratio>, String)>,
     digits: itoa::Buffer,
 }
 
@@ -73,11 +108,11 @@ impl<'w> NodeLines<'w> {
         }
     }
 
-    /// Adds a node, as the serialisation of a [`mix::NodeEntry`].
+    /// Adds a node, by its number, as the serialisation of a [`mix::NodeEntry`].
     ///
     /// # Errors
     /// A command has no meaning in the state.
-    pub(super) fn push(&mut self, node: &PolicyNode, out: &mut String) -> Result<()> {
+    pub(super) fn push(&mut self, number: usize, node: &PolicyNode, out: &mut String) -> Result<()> {
         out.push_str("{\"state\":");
         push_object(&mut self.state, &node.state, out);
         if let Some(memory) = &mut self.memory {
@@ -90,33 +125,32 @@ impl<'w> NodeLines<'w> {
             }
         }
         out.push_str(if node.theirs { ",\"other\":true,\"actions\":[" } else { ",\"actions\":[" });
-        self.push_actions(node, out)?;
+        self.push_actions(number, node, out)?;
         out.push_str("]}");
         Ok(())
     }
 
-    fn push_actions(&mut self, node: &PolicyNode, out: &mut String) -> Result<()> {
+    fn push_actions(&mut self, number: usize, node: &PolicyNode, out: &mut String) -> Result<()> {
         if node.choices.is_empty() {
             return Ok(());
         }
-        let names = self.names.of(&node.state)?;
+        let names = self.names.of(number, &node.state)?;
         for (number, taking) in node.choices.iter().enumerate() {
             let name = names.get(taking.position).map_or("", String::as_str);
-            if !self.actions.contains_key(name) {
-                self.actions.insert(name.to_owned(), text(&name));
+            out.push_str(if number > 0 { ",{\"action\":" } else { "{\"action\":" });
+            match self.actions.get(name) {
+                Some(known) => out.push_str(known),
+                None => out.push_str(self.actions.entry(name.to_owned()).or_insert(text(&name))),
             }
-            let name = self.actions.get(name).map_or("", String::as_str);
-            let comma = if number > 0 { "," } else { "" };
-            let _ =
-                write!(out, "{comma}{{\"action\":{name},\"position\":{},\"successors\":[", taking.position);
+            out.push_str(",\"position\":");
+            out.push_str(self.digits.format(taking.position));
+            out.push_str(",\"successors\":[");
             for (number, (node, p)) in taking.successors.iter().enumerate() {
                 out.push_str(if number > 0 { ",{\"node\":" } else { "{\"node\":" });
                 out.push_str(self.digits.format(*node));
                 out.push_str(",\"probability\":");
-                if !self.probabilities.contains_key(p) {
-                    self.probabilities.insert(Arc::clone(p), text(&mix::number(p)));
-                }
-                out.push_str(self.probabilities.get(p).map_or("", String::as_str));
+                let known = self.probabilities.entry(Arc::as_ptr(p) as usize);
+                out.push_str(&known.or_insert_with(|| (Arc::clone(p), text(&mix::number(p)))).1);
                 out.push('}');
             }
             out.push_str("]}");

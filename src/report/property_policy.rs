@@ -13,7 +13,7 @@ use meliora_question::evaluate::{Number, PolicyNode, PropertyPolicy};
 use num_traits::One;
 
 use super::mix::{self, ActionEntry, Claim, File, Fraction, NodeEntry, Side};
-use super::node_lines::{Names, NodeLines, text};
+use super::node_lines::{Names, NodeLines, Source, text};
 
 /// A strategy of a file.
 pub struct ReadPolicy {
@@ -45,11 +45,16 @@ fn short(x: &Ratio, is_great: bool) -> Ratio {
     if *x < Ratio::default() { x.clone() } else { mix::short(x, is_great) }
 }
 
-/// Returns the strategy of a property as an object in JSON, with one line for each node.
+/// Writes the strategy of a property as an object in JSON, with one line for each node, piece by piece.
 ///
 /// # Errors
-/// A command has no meaning in some state.
-pub fn json(property: &str, policy: &PropertyPolicy, program: &Program) -> Result<String> {
+/// A command has no meaning in some state; the errors of `write`.
+pub fn json(
+    property: &str,
+    policy: &PropertyPolicy,
+    program: &Program,
+    write: &mut dyn FnMut(&str) -> Result<()>,
+) -> Result<()> {
     let side = if policy.of_opponent { ",\n  \"side\": \"opponent\"" } else { "" };
     let starts = if policy.starts == 1 { String::new() } else { format!("\"starts\": {}, ", policy.starts) };
     let mut out = format!(
@@ -58,16 +63,23 @@ pub fn json(property: &str, policy: &PropertyPolicy, program: &Program) -> Resul
         text(&Fraction(Ratio::one())),
         text(&Claim(claim(policy))),
     );
-    let walker = Names::walker(program)?;
+    let source = Source::of_policy(policy, program)?;
     let memory = policy.watched.as_deref().map(|watched| monitors(program, Some(watched)));
-    let mut lines = NodeLines::new(Names::new(&walker), &program.variables, memory);
-    for (number, node) in policy.nodes.iter().enumerate() {
+    let mut lines = NodeLines::new(source.names(), &program.variables, memory);
+    policy.nodes.each(|number, node| {
+        if out.len() > PIECE {
+            write(&out)?;
+            out.clear();
+        }
         out.push_str(if number > 0 { ",\n    " } else { "\n    " });
-        lines.push(node, &mut out)?;
-    }
+        lines.push(number, node, &mut out)
+    })?;
     out.push_str("\n  ]}]\n}\n");
-    Ok(out)
+    write(&out)
 }
+
+/// The length from which a piece of a text is written.
+const PIECE: usize = 1 << 16;
 
 /// Returns the strategy of a property as a table: one row for each node, with the values of the variables, the memory and
 /// the actions. A node without actions decides the path.
@@ -79,11 +91,11 @@ pub fn csv(policy: &PropertyPolicy, program: &Program) -> Result<String> {
     let variables = program.variables.iter().chain(monitors).map(|variable| variable.name.clone());
     let heading = ["node".to_owned()].into_iter().chain(variables);
     let last = ["steps", "round", "action", "position", "next"].map(str::to_owned);
-    let walker = Names::walker(program)?;
-    let (mut names, mut lines) = (Names::new(&walker), Lines::default());
+    let source = Source::of_policy(policy, program)?;
+    let (mut names, mut lines) = (source.names(), Lines::default());
     lines.push(heading.chain(last));
-    for (number, node) in policy.nodes.iter().enumerate() {
-        let entry = entry(program, &mut names, policy.watched.as_deref(), node)?;
+    policy.nodes.each(|number, node| {
+        let entry = entry(program, (&mut names, number), policy.watched.as_deref(), node)?;
         let memory = entry.memory.unwrap_or_default();
         let all =
             |text: fn(&ActionEntry) -> String| entry.actions.iter().map(text).collect::<Vec<_>>().join(" | ");
@@ -96,7 +108,8 @@ pub fn csv(policy: &PropertyPolicy, program: &Program) -> Result<String> {
         lines.push(
             [number.to_string()].into_iter().chain(entry.state.cells()).chain(memory.cells()).chain(last),
         );
-    }
+        Ok(())
+    })?;
     Ok(lines.text())
 }
 
@@ -105,18 +118,18 @@ pub fn csv(policy: &PropertyPolicy, program: &Program) -> Result<String> {
 /// # Errors
 /// There are more nodes; a command has no meaning in some state.
 pub fn dot(policy: &PropertyPolicy, program: &Program) -> Result<String> {
-    if policy.nodes.len() > MOST_DRAWN {
-        let count = policy.nodes.len();
+    let count = policy.nodes.count();
+    if count > MOST_DRAWN {
         let message = format!(
             "the strategy has {count} nodes, and a drawing at most {MOST_DRAWN}: write .json or .csv"
         );
         return Err(Error::Usage(message));
     }
-    let walker = Names::walker(program)?;
-    let mut names = Names::new(&walker);
+    let source = Source::of_policy(policy, program)?;
+    let mut names = source.names();
     let mut out = String::from("digraph strategy {\n  node [shape=box];\n");
-    for (number, node) in policy.nodes.iter().enumerate() {
-        let entry = entry(program, &mut names, policy.watched.as_deref(), node)?;
+    policy.nodes.each(|number, node| {
+        let entry = entry(program, (&mut names, number), policy.watched.as_deref(), node)?;
         let memory = entry.memory.filter(|_| !node.memory.is_empty());
         let memory = memory.map_or_else(String::new, |memory| format!("\n{memory}"));
         let label = escape::dot(&format!("{}{memory}", entry.state));
@@ -129,7 +142,8 @@ pub fn dot(policy: &PropertyPolicy, program: &Program) -> Result<String> {
                 let _ = writeln!(out, "  {number} -> {} [label={label}];", to.node);
             }
         }
-    }
+        Ok(())
+    })?;
     out.push_str("}\n");
     Ok(out)
 }
@@ -144,7 +158,7 @@ fn monitors<'p>(program: &Program, watched: Option<&'p Program>) -> &'p [Variabl
 
 fn entry(
     program: &Program,
-    names: &mut Names<'_>,
+    (names, number): (&mut Names<'_>, usize),
     watched: Option<&Program>,
     node: &PolicyNode,
 ) -> Result<NodeEntry> {
@@ -156,7 +170,7 @@ fn entry(
         steps: (node.steps > 0).then_some(node.steps),
         round: (node.round > 0).then_some(node.round),
         other: node.theirs,
-        actions: mix::actions(&names.of(&node.state)?, &node.choices),
+        actions: mix::actions(names.of(number, &node.state)?, &node.choices),
     })
 }
 
@@ -236,15 +250,15 @@ mod tests {
             node(&[100_000, 0], 1, false, vec![taking(0, vec![(1, third(3))])]),
             node(&[2, 1], 12, false, Vec::new()),
         ];
-        let walker = Names::walker(&program)?;
-        let mut names = Names::new(&walker);
+        let source = Source::new(&program)?;
+        let mut names = source.names();
         for watched in [None, Some(&program)] {
             let memory = watched.map(|watched| monitors(&program, Some(watched)));
-            let mut lines = NodeLines::new(Names::new(&walker), &program.variables, memory);
-            for node in &nodes {
+            let mut lines = NodeLines::new(source.names(), &program.variables, memory);
+            for (number, node) in nodes.iter().enumerate() {
                 let mut line = String::new();
-                lines.push(node, &mut line)?;
-                assert_eq!(line, text(&entry(&program, &mut names, watched, node)?));
+                lines.push(number, node, &mut line)?;
+                assert_eq!(line, text(&entry(&program, (&mut names, number), watched, node)?));
             }
         }
         Ok(())

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use num_bigint::BigUint;
 
+use super::enabled::{Collected, Enabled};
 use super::graph::Graph;
 use super::index::{Index, NOBODY};
 use super::initial::Search;
@@ -68,6 +69,8 @@ pub struct Explored {
     pub rounded: Option<State>,
     /// For a game, the player of each state; [`NOBODY`] for deadlocks.
     pub players: Option<Array<u32>>,
+    /// The choices of the states by their commands, if they are kept.
+    pub choices: Option<Enabled>,
 }
 
 /// An exploration.
@@ -214,6 +217,7 @@ impl Task {
             drawing: 0,
             rounded: None,
             players: self.players(),
+            choices: self.limits.keeps_choices.then(|| Collected::new(&self.meter)),
             ahead: Vec::new(),
         })
     }
@@ -250,6 +254,12 @@ impl Task {
         {
             return Err(fault::of_two_players(&self.program, &self.values(code))?);
         }
+        if let Some(choices) = &mut found.choices {
+            stepper.key_into(&mut choices.key);
+            if !choices.add()? {
+                found.choices = None;
+            }
+        }
         if stepper.rounded {
             found.rounded.get_or_insert_with(|| self.values(code));
         }
@@ -258,7 +268,16 @@ impl Task {
 
     fn finish(&self, found: Frontier) -> Explored {
         let Frontier {
-            mut space, mut graph, mut initial, deadlocks, drawing, rounded, started, players, ..
+            mut space,
+            mut graph,
+            mut initial,
+            deadlocks,
+            drawing,
+            rounded,
+            started,
+            players,
+            choices,
+            ..
         } = found;
         if let Space::Indexed(index) = &mut space {
             index.shrink();
@@ -274,7 +293,8 @@ impl Task {
         };
         let (initial, deadlocks) = (bits(initial), bits(deadlocks));
         let players = players.map(|players| players.of_state);
-        Explored { initial, deadlocks, drawing, rounded, space, graph, players }
+        let choices = choices.map(Collected::finish);
+        Explored { initial, deadlocks, drawing, rounded, space, graph, players, choices }
     }
 
     /// Creates the search for the initial states. Its work is not done yet.
@@ -369,6 +389,8 @@ struct Frontier {
     drawing: u64,
     rounded: Option<State>,
     players: Option<PlayersFound>,
+    /// The choices of the states so far, if they are kept.
+    choices: Option<Collected>,
     /// The successors of the state that is explored.
     ahead: Vec<u32>,
 }

@@ -35,6 +35,7 @@
 pub mod bounds;
 mod by_value;
 pub mod compile;
+pub mod enabled;
 pub mod explore;
 mod fractions;
 pub mod graph;
@@ -84,12 +85,14 @@ pub struct Limits {
     pub scope: Scope,
     /// The most bytes of the arrays.
     pub memory: u64,
+    /// True to keep the choices of each state by their commands, unless there are too many different lists of them.
+    pub keeps_choices: bool,
     /// The progress sink, which also cancels work.
     pub sink: Arc<dyn ProgressSink>,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { scope: Scope::Reachable, memory: 2 << 30, sink: Arc::new(NoProgress) }
+        Limits { scope: Scope::Reachable, memory: 2 << 30, keeps_choices: false, sink: Arc::new(NoProgress) }
     }
 }

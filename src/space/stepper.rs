@@ -143,6 +143,59 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
+    /// Lists the same choices, given the numbers of [`Stepper::key_into`]: no guard is evaluated.
+    pub fn expand_known(&mut self, mut key: &[u32]) -> Result<(), Broken> {
+        let (prepared, now) = (self.prepared, self.now);
+        let mut among = self.spare.pop().unwrap_or_default();
+        among.clear();
+        while let Some((&index, rest)) = key.split_first() {
+            among.push(index);
+            key = rest;
+            for &factor in &prepared.synchronisations[index as usize] {
+                let Some((&count, rest)) = key.split_first() else { break };
+                let (commands, rest) = rest.split_at(count as usize);
+                key = rest;
+                let start = self.enabled.len() as u32;
+                self.enabled.extend_from_slice(commands);
+                self.factors[factor] = Slice { stamp: now, start, end: start + count };
+            }
+        }
+        self.expand_among(among.iter().map(|&index| index as usize))?;
+        self.spare.push(among);
+        Ok(())
+    }
+
+    /// Lists the synchronisations with choices in the current state, and the commands that are enabled, as
+    /// [`Stepper::expand`] does, but no effects.
+    pub fn enable(&mut self) -> Result<(), Broken> {
+        let prepared = self.prepared;
+        self.steps.clear();
+        self.ends.clear();
+        self.active.clear();
+        let mut room = self.spare.pop().unwrap_or_default();
+        for &index in prepared.by_value.find(&self.machine.regs, &mut room) {
+            if self.count(&prepared.synchronisations[index as usize])? > 0 {
+                self.active.push(index as usize);
+            }
+        }
+        self.spare.push(room);
+        Ok(())
+    }
+
+    /// Replaces a list by numbers that tell the choices of the current state apart from those of other states: its
+    /// synchronisations, and the enabled commands of their factors.
+    pub fn key_into(&self, key: &mut Vec<u32>) {
+        key.clear();
+        for &index in &self.active {
+            key.push(index as u32);
+            for &factor in &self.prepared.synchronisations[index] {
+                let own = self.factors[factor];
+                key.push(own.len() as u32);
+                key.extend_from_slice(&self.enabled[own.start as usize..own.end as usize]);
+            }
+        }
+    }
+
     /// Returns whether the current state is a deadlock in which monitors step.
     pub fn steps_alone(&self) -> bool {
         let enabled = |factor: usize| {
@@ -238,6 +291,18 @@ impl<'a, const W: usize> Stepper<'a, W> {
             }
             return Ok(());
         }
+        let count = self.count(factors)?;
+        if count > MOST_SUCCESSORS {
+            return Err(too_many(count));
+        }
+        for number in 0..count {
+            self.combine(factors, number)?;
+        }
+        Ok(())
+    }
+
+    /// Returns the number of combinations of the enabled commands of some factors.
+    fn count(&mut self, factors: &[usize]) -> Result<usize, Broken> {
         let mut count: usize = 1;
         for &factor in factors {
             // If no fault is possible, a factor is irrelevant once another one has no enabled
@@ -247,13 +312,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
                 count = count.saturating_mul(found.len());
             }
         }
-        if count > MOST_SUCCESSORS {
-            return Err(too_many(count));
-        }
-        for number in 0..count {
-            self.combine(factors, number)?;
-        }
-        Ok(())
+        Ok(count)
     }
 
     /// Adds the choice for combination `number`, the last factor fastest: all ways to take a branch

@@ -4,7 +4,7 @@ use meliora_lang as lang;
 use proptest::prelude::*;
 
 use super::Limits;
-use super::explore::Exploration;
+use super::explore::{Exploration, Space};
 use super::weighted::{Fractions, Steps, Walker};
 use meliora_base::error::SourceFile;
 use meliora_base::progress::NoProgress;
@@ -90,6 +90,17 @@ fn compare(kind: &str, of: &[u16]) {
             };
             let found: Choices = found.map(|()| (0..steps.choices()).map(choice).collect());
             assert_eq!(found, expected[at], "{:?} of {text}", states[at]);
+            if let Ok(expected) = found {
+                walk.enable(&code).unwrap();
+                let taken = (0..expected.len()).map(|at| format!("{:?}", walk.taken(at).choice));
+                assert!(
+                    taken.eq(expected.into_iter().map(|(choice, _)| choice)),
+                    "{:?} of {text}",
+                    states[at]
+                );
+                let names = program.choices(&states[at]).unwrap().into_iter().map(|(_, name)| name);
+                assert_eq!(walk.names(&code).unwrap(), Vec::from_iter(names), "{:?} of {text}", states[at]);
+            }
         }
     }
 }
@@ -120,7 +131,24 @@ fn reached(text: &str) -> (usize, usize) {
             }
         }
     }
-    let (_, explored) = Exploration::new(program.into(), Limits::default()).unwrap().finish().unwrap();
+    let limits = Limits { keeps_choices: true, ..Limits::default() };
+    let (task, explored) = Exploration::new(program.into(), limits).unwrap().finish().unwrap();
+    let (Space::Indexed(index), Some(kept)) = (explored.space, explored.choices) else { panic!("{text}") };
+    let walker = Walker::new(&task.program, &NoProgress).unwrap();
+    let (mut walk, mut fractions) = (walker.walk(), Fractions::default());
+    for number in 0..explored.graph.states() {
+        let (state, program) = (task.values(index.code(number)), &task.program);
+        let names = program.choices(&state).unwrap().into_iter().map(|(_, name)| name);
+        let list = kept.list(number);
+        assert_eq!(kept.names(program, list), Vec::from_iter(names), "{state:?} of {text}");
+        let mut steps = |known: Option<&[u32]>| {
+            let mut steps = Steps::default();
+            walk.steps_by(index.code(number), known, &mut fractions, &mut steps).unwrap();
+            let own = |(to, p): (&[u64], u32)| (to.to_vec(), fractions.list()[p as usize].clone());
+            (0..steps.choices()).map(|at| steps.of(at).map(own).collect()).collect::<Vec<Vec<_>>>()
+        };
+        assert_eq!(steps(Some(kept.key(list))), steps(None), "{state:?} of {text}");
+    }
     (explored.graph.states(), seen.len())
 }
 

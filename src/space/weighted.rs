@@ -5,9 +5,11 @@
 //! probabilities of commands that do not depend on the state are read once. The successors of all choices
 //! of a state are written to buffers that are used again for the next state.
 
+use ahash::AHashMap;
 use num_traits::One;
 use smallvec::SmallVec;
 
+use super::enabled::names_of;
 use super::explore::fixed;
 pub use super::fractions::Fractions;
 pub use super::layout::Code;
@@ -121,17 +123,41 @@ pub trait Walk: Send {
     ///
     /// # Errors
     /// A command has no meaning in the state, or there are too many choices.
-    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()>;
+    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
+        self.steps_by(state, None, fractions, into)
+    }
 
-    /// Returns a choice of the state of the last [`Walk::steps`], by its position.
+    /// Does the same; `known` lists the choices as [`Enabled`](super::enabled::Enabled) keeps them, so that no guard is
+    /// evaluated.
+    ///
+    /// # Errors
+    /// See [`Walk::steps`].
+    fn steps_by(
+        &mut self,
+        state: &[u64],
+        known: Option<&[u32]>,
+        fractions: &mut Fractions,
+        into: &mut Steps,
+    ) -> Result<()>;
+
+    /// Lists the choices of a state for [`Walk::taken`], without their successors.
+    ///
+    /// # Errors
+    /// A guard or a probability has no meaning in the state.
+    fn enable(&mut self, state: &[u64]) -> Result<()>;
+
+    /// Returns a choice of the state of the last [`Walk::steps`] or [`Walk::enable`], by its position.
     fn taken(&self, position: usize) -> Taken;
 
     /// Returns the names of the choices of a state, as [`Program::choices`] does.
     ///
     /// # Errors
     /// A command has no meaning in the state, or there are too many choices.
-    fn names(&mut self, state: &[u64]) -> Result<Vec<String>>;
+    fn names(&mut self, state: &[u64]) -> Result<&[String]>;
 }
+
+/// Maximum number of lists of names that a walk keeps.
+const MOST_LISTS: usize = 1 << 16;
 
 struct PackedWalk<'w, const W: usize> {
     program: &'w Program,
@@ -143,13 +169,22 @@ struct PackedWalk<'w, const W: usize> {
     /// The successors of a choice.
     successors: Vec<([u64; W], u32)>,
     weights: Weights,
+    /// The names of choices that are enabled together, by [`Stepper::key_into`].
+    names: AHashMap<Box<[u32]>, Vec<String>>,
+    key: Vec<u32>,
 }
 
 impl<const W: usize> Walk for PackedWalk<'_, W> {
-    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
+    fn steps_by(
+        &mut self,
+        state: &[u64],
+        known: Option<&[u32]>,
+        fractions: &mut Fractions,
+        into: &mut Steps,
+    ) -> Result<()> {
         // An error may have left some.
         self.successors.clear();
-        self.expand(state)?;
+        self.expand(state, known)?;
         into.clear(state.len());
         let code = fixed::<W>(state);
         if self.stepper.ends.is_empty() {
@@ -184,8 +219,13 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         Ok(())
     }
 
+    fn enable(&mut self, state: &[u64]) -> Result<()> {
+        self.stepper.enter(&self.codec.layout, state);
+        self.stepper.enable().map_err(|broken| broken.error(self.program, &self.codec.decode(state)))
+    }
+
     fn taken(&self, position: usize) -> Taken {
-        if self.stepper.ends.is_empty() {
+        if self.stepper.active.is_empty() {
             return Taken { choice: Choice::Deadlock, combinations: Vec::new() };
         }
         if self.program.kind == ModelKind::Dtmc {
@@ -201,13 +241,16 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         Taken { choice: Choice::Combination { synchronisation, commands }, combinations }
     }
 
-    fn names(&mut self, state: &[u64]) -> Result<Vec<String>> {
-        self.expand(state)?;
-        if self.stepper.ends.is_empty() {
-            return Ok(vec!["deadlock".to_owned()]);
+    fn names(&mut self, state: &[u64]) -> Result<&[String]> {
+        self.enable(state)?;
+        self.stepper.key_into(&mut self.key);
+        if !self.names.contains_key(&self.key[..]) {
+            if self.names.len() == MOST_LISTS {
+                self.names.clear();
+            }
+            self.names.insert(self.key.as_slice().into(), self.listed_names());
         }
-        let names = self.program.names(&self.combinations());
-        Ok(if self.program.kind == ModelKind::Dtmc { vec![names.join("+")] } else { names })
+        Ok(self.names.get(&self.key[..]).map_or(&[], Vec::as_slice))
     }
 }
 
@@ -222,13 +265,24 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
             known: vec![None; program.commands.len()],
             successors: Vec::new(),
             weights: Weights::new(),
+            names: AHashMap::new(),
+            key: Vec::new(),
         }
     }
 
     /// Lists the commands that are enabled in a state, and their effects.
-    fn expand(&mut self, state: &[u64]) -> Result<()> {
+    fn expand(&mut self, state: &[u64], known: Option<&[u32]>) -> Result<()> {
         self.stepper.enter(&self.codec.layout, state);
-        self.stepper.expand().map_err(|broken| broken.error(self.program, &self.codec.decode(state)))
+        let expanded = match known {
+            Some(key) => self.stepper.expand_known(key),
+            None => self.stepper.expand(),
+        };
+        expanded.map_err(|broken| broken.error(self.program, &self.codec.decode(state)))
+    }
+
+    /// Returns the names of the choices of the current state.
+    fn listed_names(&self) -> Vec<String> {
+        names_of(self.program, &self.combinations())
     }
 
     /// Returns the number of combinations of commands that are enabled.

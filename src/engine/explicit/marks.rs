@@ -1,8 +1,11 @@
 //! The sets that contain a state, and the steps of a state, by its number.
 
+use std::sync::Arc;
+
 use super::{ExplicitEngine, Space};
 use crate::membership::{Membership, Numbers};
 use meliora_base::error::Result;
+use meliora_space::enabled::Enabled;
 use meliora_space::set::BitSet;
 
 /// The bits of several sets.
@@ -46,6 +49,10 @@ impl Numbers for Marks<'_> {
     fn is_certain(&self, number: u32) -> bool {
         let choices = self.engine.graph.choices_of(number as usize);
         self.engine.graph.transitions_of(choices.clone()) == choices.len()
+    }
+
+    fn kept_choices(&self) -> Option<&Arc<Enabled>> {
+        self.engine.choices.as_ref()
     }
 
     fn marks(&self, number: u32) -> u64 {

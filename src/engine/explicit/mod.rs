@@ -22,6 +22,7 @@ use games::Game;
 pub use guided::{Guided, Guiding};
 use meliora_base::error::Result;
 use meliora_model::{Program, State};
+use meliora_space::enabled::Enabled;
 use meliora_space::explore::{Exploration, Explored, Space, Task};
 use meliora_space::graph::Graph;
 use meliora_space::layout::Layout;
@@ -68,6 +69,8 @@ pub struct ExplicitEngine {
     deadlocks: BitSet,
     drawing: u64,
     rounded: Option<State>,
+    /// The choices of the states by their commands; see [`Settings::keeps_choices`].
+    choices: Option<Arc<Enabled>>,
     /// The players of a game; `None` for other models.
     game: Option<Game>,
     /// The number of work list steps, which decides when to check the progress sink.
@@ -85,7 +88,7 @@ impl ExplicitEngine {
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let (task, explored) = Exploration::new(program, settings.limits())?.finish()?;
         let Task { program, layout, prepared, meter, .. } = task;
-        let Explored { space, graph, initial, deadlocks, drawing, rounded, players } = explored;
+        let Explored { space, graph, initial, deadlocks, drawing, rounded, players, choices } = explored;
         let every_state = BitSet::full(&meter, graph.states());
         let every_choice = BitSet::full(&meter, graph.choices());
         let coalition = program.players.iter().flat_map(|players| players.coalition()).collect();
@@ -106,6 +109,7 @@ impl ExplicitEngine {
             deadlocks,
             drawing,
             rounded,
+            choices: choices.map(Arc::new),
             ticks: Arc::default(),
         })
     }

@@ -190,7 +190,7 @@ impl StateValues {
             if analysis.is_unsafe(state)? {
                 each(StateValues::without(analysis, program, state)?);
             } else if let (Some(node), Some(code)) = (values.start(state), codec.encode(state)) {
-                each(StateValues::at(analysis, program, values, node, state, &walk.names(&code)?)?);
+                each(StateValues::at(analysis, program, values, node, state, walk.names(&code)?)?);
             }
         }
         Ok(())

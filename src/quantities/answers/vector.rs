@@ -53,12 +53,21 @@ pub enum Accumulation {
 /// # Errors
 /// A limit is reached before anything is known.
 pub fn probability(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Answer> {
-    answer(
-        precision,
-        1.0,
-        || until_of::<Interval>(arena, until, goal),
-        || until_of::<Ratio>(arena, until, goal),
-    )
+    Ok(probabilities(arena, until, goal, precision)?.answer(1.0))
+}
+
+/// Computes the same as [`probability`], without the form of an answer.
+///
+/// # Errors
+/// See [`probability`].
+pub(crate) fn probabilities(
+    arena: &Arena<'_>,
+    until: &Until,
+    goal: Extremes,
+    precision: f64,
+) -> Result<Computed> {
+    let near = || until_of::<Interval>(arena, until, goal);
+    computed(precision, near, || until_of::<Ratio>(arena, until, goal))
 }
 
 /// Computes the probability that the next state is in a set. Cost: one pass over the arena.
@@ -72,7 +81,8 @@ pub fn next(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64) -> 
         let back = Back::new(arena, goal, None, &mut meter)?;
         back.steps(x, 1, &mut meter, |_, best| best()).map(Vector::of)
     }
-    answer(precision, 1.0, || found::<Interval>(arena, set, goal), || found::<Ratio>(arena, set, goal))
+    let near = || found::<Interval>(arena, set, goal);
+    Ok(computed(precision, near, || found::<Ratio>(arena, set, goal))?.answer(1.0))
 }
 
 /// Computes expected rewards in all states. Cost: as [`probability`].
@@ -86,8 +96,22 @@ pub fn reward(
     goal: Extremes,
     precision: f64,
 ) -> Result<Answer> {
+    Ok(rewards_of_all(arena, rewards, accumulation, goal, precision)?.answer(f64::INFINITY))
+}
+
+/// Computes the same as [`reward`], without the form of an answer.
+///
+/// # Errors
+/// See [`reward`].
+pub(crate) fn rewards_of_all(
+    arena: &Arena<'_>,
+    rewards: &Rewards,
+    accumulation: &Accumulation,
+    goal: Extremes,
+    precision: f64,
+) -> Result<Computed> {
     let near = || reward_of::<Interval>(arena, rewards, accumulation, goal);
-    answer(precision, f64::INFINITY, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal))
+    computed(precision, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal))
 }
 
 /// Computes the long-run fraction of time in a set, for models of one player.
@@ -105,32 +129,77 @@ pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64)
     Ok(found)
 }
 
+/// The values of all states as they were computed.
+pub(crate) enum Computed {
+    Near(Vector<Interval>),
+    Exact(Vector<Ratio>),
+}
+
+impl Computed {
+    /// Returns the values as an answer; none exceeds `most`.
+    pub(crate) fn answer(self, most: f64) -> Answer {
+        match self {
+            Computed::Near(found) => found.answer(most),
+            Computed::Exact(found) => found.answer(most),
+        }
+    }
+
+    /// Returns the bounds of the values, which may be infinite; none exceeds `most`.
+    ///
+    /// # Errors
+    /// A limit was reached.
+    pub(crate) fn bounds(self, most: f64) -> Result<Vec<Interval>> {
+        let of = |x: Option<Interval>| match x {
+            Some(Interval { lower, upper }) => Interval { lower, upper: upper.min(most) },
+            None => Interval::point(f64::INFINITY),
+        };
+        match self {
+            Computed::Near(found) => found.end.map(|()| found.values.into_iter().map(of).collect()),
+            Computed::Exact(found) => {
+                found.end.map(|()| found.values.iter().map(|x| of(x.as_ref().map(Number::bounds))).collect())
+            }
+        }
+    }
+
+    /// Forgets all but the values of the first states.
+    pub(crate) fn first(self, count: usize) -> Self {
+        match self {
+            Computed::Near(found) => Computed::Near(found.first(count)),
+            Computed::Exact(found) => Computed::Exact(found.first(count)),
+        }
+    }
+}
+
 /// Computes bounds, and fractions where these are too wide or asked for.
-pub(crate) fn answer(
+pub(crate) fn computed(
     precision: f64,
-    most: f64,
     bounds: impl FnOnce() -> Result<Vector<Interval>>,
     exact: impl FnOnce() -> Result<Vector<Ratio>>,
-) -> Result<Answer> {
+) -> Result<Computed> {
     if precision <= 0.0 {
-        return exact().map(|found| found.answer(most));
+        return exact().map(Computed::Exact);
     }
     let found = bounds()?;
     let width = |x: &Interval| x.width() / x.lower.max(1.0);
     let is_narrow = found.values.iter().flatten().all(|x| width(x) <= precision);
     if is_narrow || found.end.is_err() {
-        return Ok(found.answer(most));
+        return Ok(Computed::Near(found));
     }
-    match exact() {
-        Ok(exact) => Ok(exact.answer(most)),
-        Err(e) => Ok(Answer { end: Err(e), ..found.answer(most) }),
-    }
+    Ok(match exact() {
+        Ok(exact) => Computed::Exact(exact),
+        Err(e) => Computed::Near(Vector { end: Err(e), ..found }),
+    })
 }
 
 impl<N: Number> Vector<N> {
     /// Creates a vector of finite values.
     fn of(values: Vec<N>) -> Self {
         Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) }
+    }
+
+    fn first(mut self, count: usize) -> Self {
+        self.values.truncate(count);
+        self
     }
 
     pub(crate) fn answer(self, most: f64) -> Answer {

@@ -10,16 +10,19 @@ use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
 use meliora_model::rewards::Earner;
 use meliora_model::{Program, State};
+use meliora_space::enabled::Enabled;
 use meliora_space::index::Looked;
-use meliora_space::weighted::{Codec, Fractions, Steps, Walker};
+use meliora_space::weighted::{Codec, Steps, Walker};
 use num_traits::Zero;
 
 use super::codes::{Codes, marks};
+
 use super::cost::check_rewards;
+use super::earnings::Earnings;
 use super::game_graph::Edge;
 pub use super::game_graph::{Extremes, GameGraph, Rewards};
 use super::graph::Graph;
-use super::listing::listed;
+use super::listing::{Listed, Numbered, listed};
 use super::meter::Meter;
 use super::narrow::Narrow;
 
@@ -35,6 +38,8 @@ pub struct Arena<'e> {
     positions: Narrow,
     /// The codes of the states, one after the other.
     codes: Vec<u64>,
+    /// The numbers of the states in their engine, if it has some.
+    numbers: Option<Numbered>,
     codec: Codec,
     pub(crate) sink: Arc<dyn ProgressSink>,
     /// The bytes that the arena leaves of the memory limit.
@@ -65,14 +70,20 @@ impl<'e> Arena<'e> {
         let membership = engine.membership(&[&all])?;
         let numbers = membership.numbers();
         let listed = numbers.map(|numbers| listed(numbers, &walker, &mut meter)).transpose()?.flatten();
-        let (graph, positions, codes) = match listed {
-            Some((Graph { game, positions, .. }, codes)) => (game, positions, codes),
-            None => explored((engine.list_states(&all, usize::MAX)?, each as usize), &walker, &mut meter)?,
+        let (graph, positions, codes, numbers) = match listed {
+            Some(Listed { graph: Graph { game, positions, .. }, codes, numbers }) => {
+                (game, positions, codes, Some(numbers))
+            }
+            None => {
+                let states = engine.list_states(&all, usize::MAX)?;
+                let (graph, positions, codes) = explored((states, each as usize), &walker, &mut meter)?;
+                (graph, positions, codes, None)
+            }
         };
         let graph = GameGraph { theirs: None, ..graph };
         let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
         let memory = meter.left();
-        let mut arena = Arena { program, graph, positions, codes, codec, sink, memory };
+        let mut arena = Arena { program, graph, positions, codes, numbers, codec, sink, memory };
         arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
         Ok(arena)
     }
@@ -87,9 +98,25 @@ impl<'e> Arena<'e> {
         self.codec.decode(self.code(number))
     }
 
-    fn code(&self, number: usize) -> &[u64] {
+    pub(crate) fn code(&self, number: usize) -> &[u64] {
         let words = self.codec.words();
         &self.codes[number * words..][..words]
+    }
+
+    /// Returns the choices of the states of the engine by their commands, if it keeps them.
+    pub(crate) fn kept_choices(&self) -> Option<&Arc<Enabled>> {
+        self.numbers.as_ref()?.choices.as_ref()
+    }
+
+    /// Returns the number of the list of choices of a state among those that the engine keeps.
+    pub(crate) fn list(&self, state: usize) -> Option<u32> {
+        let Numbered { of_state, choices } = self.numbers.as_ref()?;
+        Some(choices.as_ref()?.list(of_state[state] as usize))
+    }
+
+    /// Returns the codes of the states.
+    pub(crate) fn codec(&self) -> &Codec {
+        &self.codec
     }
 
     /// Returns the number of a state.
@@ -114,6 +141,15 @@ impl<'e> Arena<'e> {
     /// The set belongs to another engine; a limit is reached.
     pub fn members<E: Engine>(&self, engine: &E, set: &E::States) -> Result<BitVec> {
         let membership = engine.membership(&[set])?;
+        if let (Some(of), Some(Numbered { of_state: known, .. })) = (membership.numbers(), &self.numbers) {
+            // Another engine with the same states may have other numbers.
+            let is_same =
+                |state: usize| known[state] < of.states() as u32 && of.code(known[state]) == self.code(state);
+            let inside = |state: usize| is_same(state).then(|| of.marks(known[state]) & 1 == 1);
+            if let Some(found) = (0..self.states()).map(inside).collect() {
+                return Ok(found);
+            }
+        }
         let inside = |number| Ok(marks(&*membership, &self.codec, self.code(number))? & 1 == 1);
         (0..self.states()).map(inside).collect()
     }
@@ -155,8 +191,8 @@ impl<'e> Arena<'e> {
         let mut meter = self.meter();
         meter.take((self.states() + self.choices.start.len()) * 4)?;
         let by_state = items.items.iter().all(|item| matches!(item.earner, Earner::State));
-        let walker = Walker::new(program, &*self.sink)?;
-        let (mut walk, mut known, mut steps) = (walker.walk(), Fractions::default(), Default::default());
+        let walker = if by_state { None } else { Earnings::walker(self, items)? };
+        let mut earnings = (!by_state).then(|| Earnings::new(self, items, walker.as_ref()));
         let mut rewards = Rewards::default();
         for number in 0..self.states() {
             meter.step()?;
@@ -164,18 +200,9 @@ impl<'e> Arena<'e> {
             let own = program.signed_reward_of(items, &state, &[])?;
             let own = rewards.fractions.number(own);
             rewards.of_state.push(own);
-            if !by_state {
-                walk.steps(&self.codec.known(&state)?, &mut known, &mut steps)?;
-            }
-            for choice in self.choices.of(number as u32) {
-                rewards.of_choice.push(match by_state {
-                    true => own,
-                    false => {
-                        let taken = walk.taken(self.positions.get(choice) as usize);
-                        let reward = program.signed_reward_of(items, &state, &taken.combinations)?;
-                        rewards.fractions.number(reward)
-                    }
-                });
+            match &mut earnings {
+                Some(earnings) => earnings.add(number, &state, &mut rewards)?,
+                None => self.choices.of(number as u32).for_each(|_| rewards.of_choice.push(own)),
             }
         }
         Ok(rewards)

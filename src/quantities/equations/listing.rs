@@ -1,16 +1,36 @@
 //! The graph of all states of an engine that stores them by number. It has the successors already, so that commands are
 //! evaluated only where a choice has several ones.
 
+use std::sync::Arc;
+
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::membership::Numbers;
+use meliora_space::enabled::Enabled;
 use meliora_space::weighted::{Steps, Walker};
 
 use super::game_graph::Edge;
 use super::graph::{Graph, NONE, Rank};
 use super::meter::Meter;
 
-/// Returns the graph of the states of an engine in the order of their values, and their codes; `None` if the engine does not
+/// The states of an arena in their engine.
+pub(super) struct Numbered {
+    /// Their numbers.
+    pub(super) of_state: Vec<u32>,
+    /// Their choices by commands, if the engine keeps these.
+    pub(super) choices: Option<Arc<Enabled>>,
+}
+
+/// The states of an engine in the order of their values.
+pub(super) struct Listed {
+    pub(super) graph: Graph,
+    /// Their codes, one after the other.
+    pub(super) codes: Vec<u64>,
+    /// Their numbers in the engine.
+    pub(super) numbers: Numbered,
+}
+
+/// Returns the graph of the states of an engine in the order of their values; `None` if the engine does not
 /// have the successors of the program. The first set of `numbers` is that of the states. Cost: linear, and one evaluation of
 /// the commands per state with a choice of several successors.
 ///
@@ -20,17 +40,27 @@ pub(super) fn listed(
     numbers: &dyn Numbers,
     walker: &Walker<'_>,
     meter: &mut Meter<'_>,
-) -> Result<Option<(Graph, Vec<u64>)>> {
-    let mut order: Vec<u32> =
-        (0..numbers.states() as u32).filter(|&number| numbers.marks(number) & 1 == 1).collect();
-    meter.take((order.len() + numbers.states()) * size_of::<u32>())?;
+) -> Result<Option<Listed>> {
+    let inside = (0..numbers.states() as u32).filter(|&number| numbers.marks(number) & 1 == 1);
+    // The first words of codes decide most comparisons, without access to the others.
+    let first = |number: u32| numbers.code(number).first().copied().unwrap_or_default();
+    let mut order: Vec<(u64, u32)> = inside.map(|number| (first(number), number)).collect();
+    meter.take(order.len() * size_of::<(u64, u32)>())?;
     // Codes compare as the values do.
-    order.sort_unstable_by(|&a, &b| numbers.code(a).cmp(numbers.code(b)));
+    order.sort_unstable_by(|(first, a), (other, b)| {
+        first.cmp(other).then_with(|| numbers.code(*a).cmp(numbers.code(*b)))
+    });
+    meter.release(order.len() * size_of::<(u64, u32)>());
+    let order: Vec<u32> = order.into_iter().map(|(_, number)| number).collect();
+    meter.take((order.len() + numbers.states()) * size_of::<u32>())?;
     let mut place = vec![NONE; numbers.states()];
     order.iter().zip(0..).for_each(|(&number, node)| place[number as usize] = node);
     let mut graph = Graph::default();
     let (free, sure) = (graph.fraction(Ratio::default()), graph.fraction(Ratio::from_integer(1.into())));
     let (mut walk, mut steps, mut codes, mut to) = (walker.walk(), Steps::default(), Vec::new(), Vec::new());
+    let choices = order.iter().map(|&number| numbers.choices(number)).sum();
+    graph.reserve(order.len(), choices);
+    codes.reserve_exact(order.first().map_or(0, |&number| numbers.code(number).len()) * order.len());
     for (&number, node) in order.iter().zip(0..) {
         meter.step()?;
         meter.progress_at(node as usize, &|| format!("{node} states"));
@@ -41,7 +71,8 @@ pub(super) fn listed(
         graph.begin(node, meter)?;
         let is_certain = numbers.is_certain(number);
         if !is_certain {
-            walk.steps(code, &mut graph.game.fractions, &mut steps)?;
+            let known = numbers.kept_choices().map(|kept| kept.key(kept.list(number as usize)));
+            walk.steps_by(code, known, &mut graph.game.fractions, &mut steps)?;
         }
         for position in 0..numbers.choices(number) {
             numbers.successors(number, position, &mut to);
@@ -60,5 +91,7 @@ pub(super) fn listed(
         graph.end(node, meter)?;
     }
     graph.finish();
-    Ok(Some((graph, codes)))
+    meter.release(numbers.states() * size_of::<u32>());
+    let numbers = Numbered { of_state: order, choices: numbers.kept_choices().cloned() };
+    Ok(Some(Listed { graph, codes, numbers }))
 }

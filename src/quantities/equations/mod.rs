@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `facts`, `explore` | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities |
 //! | [`arena`] | all states of a scope, with their choices and owners |
+//! | `listing`, `earnings` | the states of an engine that lists them, and the rewards of choices |
 //! | `codes`, `places` | states in few bytes, and their nodes |
 //! | [`game_graph`] | a game as the solvers see it: states with owners, choices, probabilities |
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
@@ -16,6 +17,7 @@ pub mod arena;
 pub(crate) mod choices;
 pub(crate) mod codes;
 pub mod cost;
+mod earnings;
 pub(crate) mod explore;
 pub(crate) mod facts;
 pub mod game_graph;

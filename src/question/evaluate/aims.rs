@@ -7,19 +7,20 @@ use meliora_engine::Engine;
 use meliora_lang::ast::BinaryOp;
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Measure, Path, Single, Step, Term};
-use meliora_model::State;
 use meliora_model::temporal::{Asks, Condition};
+use meliora_model::{Program, State};
 use meliora_quantities::Interval;
 use meliora_quantities::equations::arena::{Arena, Extremes, Members, Rewards};
 use meliora_quantities::optimal::{Accepting, Aim, Optimal, attained, optimal};
 use meliora_quantities::vector::{Accumulation, Until};
 use num_traits::Zero;
 
-use super::chain::PolicyNode;
+use super::chain::PolicyNodes;
 use super::operators::{accepted, goal};
 use super::optimal::Played;
 use super::{Evaluator, Number};
 use crate::answer::{ASK_QUALITATIVELY, NEITHER};
+use crate::goal::PathGoal;
 use crate::strategies::MOST_STATES;
 
 /// An aim in the states of an arena.
@@ -54,7 +55,7 @@ impl Wanted {
 
 /// The strategy of an arena.
 pub(super) struct Found {
-    pub(super) nodes: Vec<PolicyNode>,
+    pub(super) nodes: PolicyNodes,
     /// The optimal values of the initial states.
     pub(super) optima: Vec<Number>,
     /// The values that the strategy attains there.
@@ -91,17 +92,33 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 .found(&wanted, (goal, is_negated), precision);
             }
         };
+        if let Some(PathGoal { watched: Some(watched), .. }) = self.model.goal {
+            let (game, condition) = (self.played(measured)?, played.condition.as_ref());
+            let engine = game.as_ref().unwrap_or(self.engine);
+            return self.found_in_product(played, (engine, &watched.program, condition), &starts, precision);
+        }
         let product = self.product(played.term, &path, measured.coalition.as_ref())?;
-        let engine = &*product.engine;
         let (_, starts) = self.parts_of_product(&product, &[], &starts)?;
-        let arena = Arena::new(engine, &product.program)?;
-        let (wanted, is_negated) = self.wanted_of_product(played, engine, product.condition(), &arena)?;
-        let goal = goal(measured.optimum, engine.is_game());
+        let product = (&*product.engine, &*product.program, product.condition());
+        self.found_in_product(played, product, &starts, precision)
+    }
+
+    /// Computes the strategy of a formula from some states of the model with its monitors.
+    fn found_in_product(
+        &self,
+        played: &Played<'_>,
+        (engine, program, condition): (&E, &Program, Option<&Condition>),
+        starts: &[State],
+        precision: f64,
+    ) -> Result<Found> {
+        let arena = Arena::new(engine, program)?;
+        let (wanted, is_negated) = self.wanted_of_product(played, engine, condition, &arena)?;
+        let goal = goal(played.measured.optimum, engine.is_game());
         Of {
             arena: &arena,
             variables: self.program.variables.len(),
             is_watched: true,
-            starts: &starts,
+            starts,
             precision: self.model.precision,
         }
         .found(&wanted, (goal, is_negated), precision)
@@ -261,12 +278,6 @@ impl Of<'_> {
         };
         let optima = numbers.iter().map(optimum).collect::<Result<_>>()?;
         let values = attained.into_iter().map(|value| asked(value.into())).collect::<Result<_>>()?;
-        let node = |node: meliora_quantities::optimal::Node| {
-            let mut state = self.arena.state(node.state);
-            let memory = state.split_off(self.variables);
-            let (steps, round, theirs, choices) = (node.steps, node.round, node.theirs, node.choices);
-            PolicyNode { state, memory, steps, round, theirs, choices }
-        };
-        Ok(Found { nodes: nodes.into_iter().map(node).collect(), optima, values })
+        Ok(Found { nodes: PolicyNodes::new(nodes, (self.variables, self.is_watched)), optima, values })
     }
 }

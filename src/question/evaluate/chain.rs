@@ -17,7 +17,9 @@ use meliora_model::step::{Choice, Step};
 use meliora_model::{
     Branch, Command, CommandId, ModelKind, Program, State, Synchronisation, Updates, VarId, Variable, fault,
 };
+use meliora_quantities::optimal::Nodes;
 use meliora_quantities::several::Taking;
+use meliora_space::enabled::Enabled;
 
 use super::condition::condition_of;
 use super::following::{StrategyFault, StrategyFaultKind};
@@ -56,6 +58,52 @@ pub(super) struct Linked {
     pub(super) state_rewards: Vec<Ratio>,
     /// The rewards of each choice, without the ones of the state.
     pub(super) rewards: Vec<Vec<Ratio>>,
+}
+
+/// The nodes of a strategy that was found. They stay in the compact form of the arena until they are visited.
+#[derive(Debug)]
+pub struct PolicyNodes {
+    nodes: Nodes,
+    /// The number of variables of the model; those of monitors follow.
+    variables: usize,
+    /// True with monitors.
+    is_watched: bool,
+}
+
+impl PolicyNodes {
+    pub(super) fn new(nodes: Nodes, (variables, is_watched): (usize, bool)) -> Self {
+        PolicyNodes { nodes, variables, is_watched }
+    }
+
+    /// Returns the number of nodes.
+    pub fn count(&self) -> usize {
+        self.nodes.count()
+    }
+
+    /// Returns the choices of the states of the model by their commands, and the number of the list of each node there; `None`
+    /// if the commands that are enabled in a state are not known.
+    pub fn kept_choices(&self) -> Option<(&Enabled, &[u32])> {
+        self.nodes.kept_choices().filter(|_| !self.is_watched)
+    }
+
+    /// Visits all nodes with their numbers, in this order.
+    ///
+    /// # Errors
+    /// Those of the visits.
+    pub fn each(&self, mut visit: impl FnMut(usize, &PolicyNode) -> Result<()>) -> Result<()> {
+        let (state, memory, choices) = (State::new(), State::new(), Vec::new());
+        let mut node = PolicyNode { state, memory, steps: 0, round: 0, theirs: false, choices };
+        for number in 0..self.count() {
+            self.nodes.state_into(number, &mut node.state);
+            node.memory.clear();
+            node.memory.extend(node.state.drain(self.variables..));
+            (node.steps, node.round) = self.nodes.memory(number);
+            node.theirs = self.nodes.is_theirs(number);
+            self.nodes.choices_into(number, &mut node.choices);
+            visit(number, &node)?;
+        }
+        Ok(())
+    }
 }
 
 type Checked<T> = Result<std::result::Result<T, StrategyFault>>;

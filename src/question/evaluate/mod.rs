@@ -34,7 +34,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 pub use actions::ActionValues;
-pub use chain::PolicyNode;
+pub use chain::{PolicyNode, PolicyNodes};
 pub use following::{Following, Nodes, Objectives, StrategyFault, StrategyFaultKind};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
 use meliora_engine::Engine;
@@ -49,7 +49,7 @@ pub use running::{PropertyRun, PropertyRuns};
 pub(crate) use sets::sign;
 pub use several::{Mix, MixedStrategy};
 
-use crate::goal::Required;
+use crate::goal::{PathGoal, Required};
 
 /// Builds the engine of a program: the model with monitors, or with one choice per successor.
 pub type Build<'a, E> = dyn Fn(&Arc<Program>) -> Result<Arc<E>> + 'a;
@@ -67,13 +67,23 @@ pub struct Model<'a, E: Engine> {
     /// The place of the only property, one operator, and the numbers that it asks for in the initial states, if they are
     /// known.
     optima: Option<(Range<usize>, &'a [Number])>,
+    /// The goal of the only property, if the engine is that of the model with its monitors.
+    goal: Option<&'a PathGoal>,
 }
 
 impl<'a, E: Engine> Model<'a, E> {
     /// Creates a model from its engine. `build` builds the engines of other models that are needed; the
     /// bounds of numbers are at most `precision` wide where they can be computed so.
     pub fn new(engine: &'a E, program: &'a Arc<Program>, build: &'a Build<'a, E>, precision: f64) -> Self {
-        Model { engine, program, build, precision, required: &[], arena: OnceCell::new(), optima: None }
+        let arena = OnceCell::new();
+        Model { engine, program, build, precision, required: &[], arena, optima: None, goal: None }
+    }
+
+    /// Says that the engine is that of the model with the monitors of a goal. Then the strategy of its formula is the only
+    /// thing to ask for.
+    #[must_use]
+    pub(crate) fn watched(self, goal: Option<&'a PathGoal>) -> Self {
+        Model { goal, ..self }
     }
 
     /// Says which numbers the only property, one operator, asks for in the initial states.

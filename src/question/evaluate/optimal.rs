@@ -17,7 +17,7 @@ use meliora_quantities::Interval;
 use meliora_quantities::followed::NodeFault;
 
 use super::aims::{Found, target};
-use super::chain::{self, Linked, PolicyNode};
+use super::chain::{self, Linked, PolicyNode, PolicyNodes};
 use super::condition::condition_of;
 use super::following::{StrategyFault, StrategyFaultKind};
 use super::{Evaluator, Model, Number};
@@ -27,7 +27,7 @@ use crate::goal::Target;
 #[derive(Debug)]
 pub struct PropertyPolicy {
     /// The nodes; those of the initial states come first.
-    pub nodes: Vec<PolicyNode>,
+    pub nodes: PolicyNodes,
     /// The number of initial states.
     pub starts: usize,
     /// True if it is the strategy of the opponent.
@@ -139,12 +139,13 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             }
             _ => return Ok((None, None)),
         };
-        let goal = self.goal_of(&path)?;
-        let condition = match goal.target {
-            Target::Formula(condition) => Some(condition),
+        let own = self.model.goal.is_none().then(|| self.goal_of(&path)).transpose()?;
+        let Some(goal) = own.as_ref().or(self.model.goal) else { return Ok((None, None)) };
+        let condition = match &goal.target {
+            Target::Formula(condition) => Some(condition.clone()),
             Target::States(_) => None,
         };
-        Ok((goal.watched.map(|watched| watched.program), condition))
+        Ok((goal.watched.as_ref().map(|watched| Arc::clone(&watched.program)), condition))
     }
 
     /// Computes a strategy that attains the optimum from the initial states, and its value.

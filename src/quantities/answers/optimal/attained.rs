@@ -6,7 +6,8 @@ use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
-use super::{Accepting, Aim, Node};
+use super::nodes::Key;
+use super::{Accepting, Aim, Nodes};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::game_graph::{Edge, GameGraph};
 use crate::equations::graph::NONE;
@@ -26,17 +27,16 @@ pub fn attained(
     arena: &Arena<'_>,
     aim: &Aim<'_>,
     goal: Extremes,
-    (nodes, starts): (&[Node], usize),
+    (nodes, starts): (&Nodes, usize),
     precision: f64,
 ) -> Result<Vec<Value>> {
     let mut meter = arena.meter();
     let chain = Chain::new(arena, aim, nodes, &mut meter)?;
     let most = if matches!(aim, Aim::Reward(..)) { f64::INFINITY } else { 1.0 };
     let near = || chain.found::<Interval>(aim, goal, arena);
-    let mut found = vector::answer(precision, most, near, || chain.found::<Ratio>(aim, goal, arena))?;
-    found.end?;
-    found.values.truncate(starts);
-    Ok(found.values)
+    let found = vector::computed(precision, near, || chain.found::<Ratio>(aim, goal, arena))?;
+    let found = found.first(starts).answer(most);
+    found.end.map(|()| found.values)
 }
 
 /// Returns the sets of nodes that reach each other, and no others, by the successors of each node. Cost: linear.
@@ -62,14 +62,14 @@ fn is_left_never(game: &GameGraph, component: &[u32], place: &mut [u32]) -> bool
 /// The nodes of a strategy as a game in which we have one choice. Where a path is decided, it stays; with a last node
 /// for the ends of paths that a reward is earned in.
 struct Chain<'n> {
-    nodes: &'n [Node],
+    keys: &'n [Key],
     game: GameGraph,
     /// The rewards of the choices, by the structure of the aim.
     rewards: Option<Rewards>,
 }
 
 impl<'n> Chain<'n> {
-    fn new(arena: &Arena<'_>, aim: &Aim<'_>, nodes: &'n [Node], meter: &mut Meter<'_>) -> Result<Self> {
+    fn new(arena: &Arena<'_>, aim: &Aim<'_>, nodes: &'n Nodes, meter: &mut Meter<'_>) -> Result<Self> {
         let mut game = GameGraph { fractions: arena.fractions.clone(), ..GameGraph::default() };
         let sure = game.fractions.number(Ratio::from_integer(1.into()));
         let (of, at_end) = match aim {
@@ -83,35 +83,35 @@ impl<'n> Chain<'n> {
         let mut earn = |of_choice: u32| {
             rewards.iter_mut().for_each(|own| own.of_choice.push(of_choice));
         };
-        for (number, node) in (0..).zip(nodes) {
-            let edges = node.choices.iter().map(|taking| taking.successors.len()).sum::<usize>();
-            meter.take((edges + node.choices.len()) * 8 + 16)?;
-            for (&choice, taking) in node.numbers.iter().zip(&node.choices) {
-                let outcomes = arena.outcomes(choice).zip(&taking.successors);
-                outcomes
-                    .for_each(|((_, weight), (to, _))| game.add_edge(Edge::new(*to as u32, weight, false)));
+        let last = nodes.count() as u32;
+        for (number, key) in (0..).zip(&nodes.keys) {
+            let choices = nodes.game.choices(number);
+            let edges = nodes.game.positions(choices.clone()).len();
+            meter.take((edges + choices.len()) * 8 + 16)?;
+            for choice in choices.clone() {
+                nodes.game.edges(choice).for_each(|edge| game.add_edge(edge));
                 game.end_choice();
-                earn(of.filter(|_| !at_end).map_or(nothing, |of| of.of_choice.get(choice)));
+                let of_choice = |of: &Rewards| of.of_choice.get(nodes.numbers[choice as usize] as usize);
+                earn(of.filter(|_| !at_end).map_or(nothing, of_choice));
             }
-            if node.choices.is_empty() {
-                let to = if at_end { nodes.len() as u32 } else { number };
-                game.add_edge(Edge::new(to, sure, false));
+            if choices.is_empty() {
+                game.add_edge(Edge::new(if at_end { last } else { number }, sure, false));
                 game.end_choice();
-                earn(of.filter(|_| at_end).map_or(nothing, |of| of.of_state.get(node.state)));
+                earn(of.filter(|_| at_end).map_or(nothing, |of| of.of_state.get(key.state as usize)));
             }
             game.end_node();
         }
         if at_end {
-            game.add_edge(Edge::new(nodes.len() as u32, sure, false));
+            game.add_edge(Edge::new(last, sure, false));
             game.end_choice();
             game.end_node();
             earn(nothing);
         }
-        if arena.theirs.is_some() {
-            let theirs = nodes.iter().map(|node| node.theirs).chain(at_end.then_some(false));
-            game.theirs = Some(theirs.collect());
+        game.theirs = nodes.game.theirs.clone();
+        if at_end {
+            game.theirs.iter_mut().for_each(|theirs| theirs.push(false));
         }
-        Ok(Chain { nodes, game, rewards })
+        Ok(Chain { keys: &nodes.keys, game, rewards })
     }
 
     /// Returns the values of the nodes.
@@ -123,8 +123,9 @@ impl<'n> Chain<'n> {
         };
         let (accumulation, rewards) = match (aim, &self.rewards) {
             (Aim::Until(Until { left, right, least, .. }), _) => {
-                let right = self.members(|node| right[node.state] && u64::from(node.steps) >= *least);
-                let left = self.members(|node| left[node.state]);
+                let right =
+                    self.members(|node| right[node.state as usize] && u64::from(node.steps) >= *least);
+                let left = self.members(|node| left[node.state as usize]);
                 return reach(&right, &left, Collected::Target, meter);
             }
             (Aim::Recur(all_of), _) => return reach(&self.accepting(all_of), &all, Collected::Target, meter),
@@ -133,14 +134,17 @@ impl<'n> Chain<'n> {
         };
         let always = Collected::Always(rewards);
         match accumulation {
-            Accumulation::Until(target) => {
-                reach(&self.members(|node| target[node.state]), &all, Collected::Until(rewards), meter)
-            }
+            Accumulation::Until(target) => reach(
+                &self.members(|node| target[node.state as usize]),
+                &all,
+                Collected::Until(rewards),
+                meter,
+            ),
             Accumulation::Anyway(target) => {
-                reach(&self.members(|node| target[node.state]), &all, always, meter)
+                reach(&self.members(|node| target[node.state as usize]), &all, always, meter)
             }
             Accumulation::IfReached(target) => {
-                let target = self.members(|node| target[node.state]);
+                let target = self.members(|node| target[node.state as usize]);
                 crate::solvers::if_reached::values(game, rewards, &target, goal, meter)
             }
             Accumulation::Within(_) | Accumulation::Total | Accumulation::At(_) => {
@@ -150,8 +154,8 @@ impl<'n> Chain<'n> {
         }
     }
 
-    fn members(&self, inside: impl Fn(&Node) -> bool) -> BitVec {
-        let mut members: BitVec = self.nodes.iter().map(inside).collect();
+    fn members(&self, inside: impl Fn(&Key) -> bool) -> BitVec {
+        let mut members: BitVec = self.keys.iter().map(inside).collect();
         members.resize(self.game.states(), false);
         members
     }
@@ -165,7 +169,8 @@ impl<'n> Chain<'n> {
             if !is_left_never(&self.game, component, &mut place) {
                 continue;
             }
-            let of: Vec<usize> = component.iter().map(|&node| self.nodes[node as usize].state).collect();
+            let of: Vec<usize> =
+                component.iter().map(|&node| self.keys[node as usize].state as usize).collect();
             let is_satisfied = |condition: &Accepting| {
                 of.iter().all(|&state| condition.always[state])
                     && condition.again.iter().all(|set| of.iter().any(|&state| set[state]))

@@ -9,14 +9,14 @@ use meliora_base::error::Result;
 use meliora_model::Optimum;
 
 use super::equations::{Equations, double, rounding};
-use super::{Choices, Optimal, bounds};
+use super::{Choices, Optimal, bounds_of};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
 use crate::solvers::components::{EndComponents, end_components};
 use crate::solvers::long_run::{PART, WIDTH};
-use crate::vector::{self, Accumulation};
+use crate::vector::Accumulation;
 
 /// Returns the strategy of a long-run average.
 pub(super) fn optimal(
@@ -25,7 +25,7 @@ pub(super) fn optimal(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let values = bounds(vector::reward(arena, rewards, &Accumulation::LongRun, goal, precision)?)?;
+    let values = bounds_of(arena, rewards, &Accumulation::LongRun, goal, precision)?;
     let mut meter = arena.meter();
     let found = end_components(&arena.choices, &mut meter)?;
     let staying = Staying { arena, rewards, found, optimum: goal.ours };

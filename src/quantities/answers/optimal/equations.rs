@@ -64,16 +64,21 @@ impl<'a> Equations<'a> {
 
     /// Returns the choices of each state that keep what its side guarantees; of the opponent those that may be its best.
     fn kept(&self, meter: &mut Meter<'_>) -> Result<BitVec> {
-        let mut kept = BitVec::repeat(false, self.arena.choices_in_all());
+        let (mut kept, mut means) = (BitVec::repeat(false, self.arena.choices_in_all()), Vec::new());
         for state in 0..self.arena.states() {
             meter.step()?;
             let (is_max, own) = (self.maximisers[state], self.values[state]);
             let choices = self.arena.choices.of(state as u32);
+            if choices.len() == 1 {
+                kept.set(choices.start, true);
+                continue;
+            }
             let bound: fn(&Interval) -> f64 = match is_max != self.arena.is_theirs(state as u32) {
                 true => |value| value.lower,
                 false => |value| value.upper,
             };
-            let means: Vec<f64> = choices.clone().map(|choice| self.mean(choice, bound)).collect();
+            means.clear();
+            means.extend(choices.clone().map(|choice| self.mean(choice, bound)));
             let is_sure = own.lower == own.upper && [0.0, 1.0, f64::INFINITY].contains(&own.lower);
             let best = means.iter().copied().fold(None, |best: Option<f64>, x| match best {
                 Some(best) if is_max => Some(best.max(x)),
@@ -82,7 +87,7 @@ impl<'a> Equations<'a> {
             });
             let best = best.unwrap_or_default();
             let least = if is_max { own.lower.min(best) } else { own.upper.max(best) };
-            for (choice, mean) in choices.zip(means) {
+            for (choice, &mean) in choices.zip(&means) {
                 let terms = self.arena.choices.successors(choice).len();
                 let rounding = if is_sure { 0.0 } else { rounding(terms) };
                 let keeps = match is_max {

@@ -29,12 +29,11 @@ use meliora_model::Optimum;
 
 pub use self::attained::{attained, bottoms};
 use self::equations::Equations;
-pub use self::nodes::Node;
+pub use self::nodes::Nodes;
 use self::rounds::Rounds;
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::number::Interval;
-use crate::path_values::{Answer, Value};
 use crate::vector::{self, Accumulation, Until};
 
 /// The number whose optimum is wanted.
@@ -116,15 +115,20 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
     }
 }
 
-/// Returns the bounds of values.
-fn bounds(answer: Answer) -> Result<Vec<Interval>> {
-    answer.end?;
-    Ok(answer.values.iter().map(Value::interval).collect())
+/// Returns the bounds of rewards.
+fn bounds_of(
+    arena: &Arena<'_>,
+    rewards: &Rewards,
+    accumulation: &Accumulation,
+    goal: Extremes,
+    precision: f64,
+) -> Result<Vec<Interval>> {
+    vector::rewards_of_all(arena, rewards, accumulation, goal, precision)?.bounds(f64::INFINITY)
 }
 
 /// Returns the strategy of an until formula without bounds.
 fn reached(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Optimal> {
-    let values = bounds(vector::probability(arena, until, goal, precision)?)?;
+    let values = vector::probabilities(arena, until, goal, precision)?.bounds(1.0)?;
     let equations = Equations::new(arena, goal, &values, None);
     let lost = |state: usize| !until.left[state] && !until.right[state];
     let ends: BitVec = (0..arena.states()).map(|state| until.right[state] || lost(state)).collect();
@@ -154,7 +158,7 @@ fn until_target(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let values = bounds(vector::reward(arena, rewards, accumulation, goal, precision)?)?;
+    let values = bounds_of(arena, rewards, accumulation, goal, precision)?;
     let equations = Equations::new(arena, goal, &values, Some(rewards));
     let mut choices = equations.progressing(target, false, &mut arena.meter())?;
     if goal.ours == Optimum::Max && values.iter().any(|value| value.lower.is_infinite()) {
@@ -177,7 +181,7 @@ fn earned(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let values = bounds(vector::reward(arena, rewards, accumulation, goal, precision)?)?;
+    let values = bounds_of(arena, rewards, accumulation, goal, precision)?;
     let equations = Equations::new(arena, goal, &values, Some(rewards));
     let is_over = |state: usize| target[state] || values[state].upper == 0.0;
     let over: BitVec = (0..arena.states()).map(is_over).collect();

@@ -6,11 +6,10 @@ use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 
 use super::equations::{double, rounding};
-use super::{Choices, Optimal, bounds, reached};
+use super::{Choices, Optimal, bounds_of, reached};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::Interval;
 use crate::sought::{MOST_STATES, too_many_states};
 use crate::vector::{self, Accumulation, Until};
 
@@ -107,7 +106,7 @@ impl<'a> Backward<'a> {
 /// Returns the strategy of an until formula with bounds.
 pub(super) fn until(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Optimal> {
     let Until { left, right, least, most } = until;
-    let values = bounds(vector::probability(arena, until, goal, precision)?)?;
+    let values = vector::probabilities(arena, until, goal, precision)?.bounds(1.0)?;
     let backward = Backward::new(arena, goal, None);
     let (x, rest, count) = match most {
         Some(most) => (right.iter().map(|inside| f64::from(u8::from(*inside))).collect(), None, *most),
@@ -139,7 +138,7 @@ pub(super) fn rewards(
     goal: Extremes,
 ) -> Result<Optimal> {
     let accumulation = if is_sum { Accumulation::Within(count) } else { Accumulation::At(count) };
-    let values: Vec<Interval> = bounds(vector::reward(arena, rewards, &accumulation, goal, f64::INFINITY)?)?;
+    let values = bounds_of(arena, rewards, &accumulation, goal, f64::INFINITY)?;
     let backward = Backward::new(arena, goal, is_sum.then_some(rewards));
     let last = |state: usize| if is_sum { 0.0 } else { double(rewards.state(state)) };
     let x = (0..arena.states()).map(last).collect();
