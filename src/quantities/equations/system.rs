@@ -109,6 +109,7 @@ pub(crate) struct Sets {
 }
 
 /// The nodes that have equations.
+#[derive(Clone, Copy)]
 pub(crate) enum Domain<'a> {
     /// By the ranks of a graph.
     Ranks(&'a Graph),
@@ -142,6 +143,8 @@ pub(crate) struct System<'a, N> {
     pub(crate) candidates: Option<&'a Candidates>,
     /// The side of a game that does not choose any more.
     pub(crate) fixed: Option<&'a Fixed>,
+    /// The choices of open nodes that may be taken, once they are found.
+    pub(crate) found: Option<&'a BitVec>,
     pub(crate) one: N,
 }
 
@@ -177,6 +180,7 @@ impl<'a, N: Number> System<'a, N> {
             only: None,
             candidates: None,
             fixed: None,
+            found: None,
             one: N::one(),
         }
     }
@@ -196,8 +200,36 @@ impl<'a, N: Number> System<'a, N> {
             None => Gains { numbers: None, exact: &[], values: &[] },
         };
         let (domain, below, closed) = (Domain::Sets(sets), None, None);
-        let (only, candidates, fixed, one) = (None, None, None, N::one());
-        System { game, quantity, goal, domain, gains, below, closed, fractions, only, candidates, fixed, one }
+        let (only, candidates, fixed, found, one) = (None, None, None, None, N::one());
+        System {
+            game,
+            quantity,
+            goal,
+            domain,
+            gains,
+            below,
+            closed,
+            fractions,
+            only,
+            candidates,
+            fixed,
+            found,
+            one,
+        }
+    }
+
+    /// Returns the choices of open nodes that may be taken. Cost: linear.
+    pub(crate) fn permitted(&self) -> BitVec {
+        let mut permitted = BitVec::repeat(false, self.game.choices_in_all());
+        for node in (0..self.game.states() as u32).filter(|&node| self.is_open(node)) {
+            self.game.choices(node).for_each(|choice| permitted.set(choice as usize, self.permits(choice)));
+        }
+        permitted
+    }
+
+    /// Returns the same system, which looks up [`System::permitted`] choices.
+    pub(crate) fn with_found<'b>(&'b self, found: &'b BitVec) -> System<'b, N> {
+        System { gains: Gains { ..self.gains }, found: Some(found), one: self.one.clone(), ..*self }
     }
 
     /// Fixes the choices of a side.
@@ -242,6 +274,9 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns whether a choice may be taken: one of the candidates, if there are some; else one of a side that is not
     /// fixed, or that this side takes, and for costs one with which the improvements stay certain.
     pub(crate) fn permits(&self, choice: u32) -> bool {
+        if let Some(found) = self.found {
+            return found[choice as usize];
+        }
         if let Some(candidates) = self.candidates {
             return candidates.choices[choice as usize];
         }
