@@ -2,9 +2,9 @@
 //! variables, so a participant's commands are tested once for these values.
 //!
 //! Thousands of guards such as `b>0 & (r=1 & c=2 | r=1 & c=5 | …)` differ in the values of few variables. For each
-//! valuation of r and c, the commands are listed whose conditions over these variables are true; in a state, what is left of
-//! their guards is tested. S. Blom, J. van de Pol, and M. Weber, "LTSmin: distributed and symbolic reachability" (CAV 2010),
-//! keep the transitions of a group for the values of its variables.
+//! valuation of r and c, the commands are listed whose conditions over these variables are true. In a state, only the other
+//! conditions of the listed commands are tested. S. Blom, J. van de Pol, and M. Weber, "LTSmin: distributed and symbolic
+//! reachability" (CAV 2010), keep the transitions of a group for the values of its variables.
 
 use std::ops::Range;
 

@@ -84,7 +84,7 @@ pub struct Update {
 
 /// The value that an update gives.
 pub(crate) enum NewValue {
-    /// That of a register: a constant, or another variable.
+    /// The value of a register: a constant, or another variable.
     Register(Reg),
     /// The old value, plus a constant.
     Shift(i64),
@@ -227,7 +227,7 @@ fn updates(program: &Program, layout: &Layout, branch: &Branch, compiler: &mut C
     updates
 }
 
-/// Returns the constant that an expression adds to a variable, if it does nothing else.
+/// Returns the constant that an expression adds to a variable; `None` for another expression.
 fn shift(program: &Program, variable: VarId, node: Node) -> Option<i64> {
     let constant = |e: ExprId| match program.pool.node(e) {
         Node::Literal(Value::Int(constant)) => Some(constant),

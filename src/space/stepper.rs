@@ -346,7 +346,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(list)
     }
 
-    /// Adds a command to the enabled ones if what is left of its guard is true, after checking its probabilities.
+    /// Adds a command to the enabled ones if the other part of its guard is true, too, after checking its probabilities.
     #[inline]
     fn test(&mut self, candidate: &Candidate) -> Result<(), Broken> {
         let prepared = self.prepared;
