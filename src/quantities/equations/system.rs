@@ -8,11 +8,11 @@ use std::fmt;
 use bitvec::vec::BitVec;
 
 use crate::equations::game_graph::{Edge, Extremes, GameGraph, LOST, Rewards};
-use crate::equations::graph::Graph;
+use crate::equations::graph::{Graph, Rank};
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
 use crate::equations::number::{Interval, Number};
-use crate::equations::solution::{Rest, Solution};
+use crate::equations::solution::{Members, Rest, Solution};
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
@@ -257,11 +257,14 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns whether a node has an equation: for others, the value follows from the rank, or there
     /// is none.
     pub(crate) fn is_open(&self, node: u32) -> bool {
-        let graph = match self.domain {
-            Domain::Sets(sets) => return sets.open[node as usize],
-            Domain::Ranks(graph) => graph,
-        };
-        let rank = graph.rank(node);
+        match self.domain {
+            Domain::Sets(sets) => sets.open[node as usize],
+            Domain::Ranks(graph) => self.opens(graph.rank(node)),
+        }
+    }
+
+    /// Returns whether nodes of a rank have equations.
+    fn opens(&self, rank: Rank) -> bool {
         match self.quantity {
             Quantity::Probability(k) => rank.positive >= k && rank.sure < k,
             Quantity::Number => rank.positive > u32::from(self.closed.is_some()),
@@ -370,22 +373,24 @@ impl<'a, N: Number> System<'a, N> {
 
     /// Creates a solution that contains only the facts.
     pub(crate) fn start(&self, meter: &mut Meter<'_>) -> Result<Solution<N>> {
-        let is_open = |node: u32| self.is_open(node);
         let nodes = self.game.states();
         match self.domain {
             Domain::Sets(sets) => {
-                Solution::new(nodes, is_open, Rest::ones(nodes, &|node| sets.ones[node as usize]), meter)
+                let rest = Rest::ones(Members::new(nodes, |node| sets.ones[node as usize]));
+                Solution::new(Members::new(nodes, |node| sets.open[node as usize]), rest, meter)
             }
             Domain::Ranks(graph) => {
-                let is_one = |node: u32| match self.quantity {
-                    Quantity::Probability(k) => graph.rank(node).sure >= k,
-                    _ => false,
+                // Most levels of a large graph have few ranks.
+                let of_rank = |is_such: &dyn Fn(Rank) -> bool| match graph.has_rank(is_such) {
+                    true => Members::new(nodes, |node| is_such(graph.rank(node))),
+                    false => Members::none(nodes),
                 };
                 let rest = match self.quantity {
                     Quantity::Cost(_) | Quantity::Reward => Rest::Unknown,
-                    _ => Rest::ones(nodes, &is_one),
+                    Quantity::Probability(k) => Rest::ones(of_rank(&|rank| rank.sure >= k)),
+                    Quantity::Number | Quantity::Steps(_) => Rest::ones(Members::none(nodes)),
                 };
-                Solution::new(nodes, is_open, rest, meter)
+                Solution::new(of_rank(&|rank| self.opens(rank)), rest, meter)
             }
         }
     }
