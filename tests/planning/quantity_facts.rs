@@ -125,6 +125,42 @@ fn levels_say_where_probabilities_are_positive_and_one_in_all_models() {
     assert!(models >= 8, "only {models} models");
 }
 
+/// Checks the probability to climb a ladder: each try climbs or is stuck, and only the goal of the own rung is certain.
+fn climbs<E: Engine>(engine: &Arc<E>, program: &Program, preferences: &Arc<Preferences>, safety: Safety) {
+    let analysis = analysed(engine, preferences, safety);
+    let mut values = Values::new(ValueOptions { levels: RUNGS, exact: true, within: None });
+    let bottom = vec![0; program.variables.len()];
+    values.explore(&analysis, program, std::slice::from_ref(&bottom), &Steps).unwrap();
+    values.solve(engine.as_ref()).unwrap();
+    let node = values.start(&bottom).unwrap();
+    for k in [1, 62, 63, 64, 65, RUNGS] {
+        let half = Ratio::new(1.into(), 2.into());
+        assert_eq!(exact(&values.probability(node, k)), num_traits::pow(half, k), "{safety:?}, P_{k}");
+    }
+}
+
+/// More levels and classes than a word has bits.
+const RUNGS: usize = 70;
+
+#[test]
+fn many_levels_and_classes_have_their_probabilities() {
+    let model = format!(
+        "mdp module m n : [0..{RUNGS}]; stuck : bool; done : bool;
+           [try] n<{RUNGS} & !stuck & !done -> 1/2:(n'=n+1) + 1/2:(stuck'=true);
+           [take] !done -> (done'=true); [] done -> true; endmodule"
+    );
+    let goal = |n: usize| format!("objective g{n} = F (done & n={n});\n");
+    let order: Vec<String> = (0..=RUNGS).rev().map(|n| format!("g{n}")).collect();
+    let goals: String = (0..=RUNGS).map(goal).collect();
+    let (program, preferences) = task(model, format!("{goals}prefer {};", order.join(" > ")));
+    let symbolic = Arc::new(SymbolicEngine::new(program.clone(), Settings::default()).unwrap());
+    let explicit = Arc::new(ExplicitEngine::new(program.clone(), Settings::default()).unwrap());
+    for safety in [Safety::Action, Safety::Prefix] {
+        climbs(&symbolic, &program, &preferences, safety);
+        climbs(&explicit, &program, &preferences, safety);
+    }
+}
+
 /// The expected numbers of one analysis, with the kept choices of each state.
 struct Numbers<'a> {
     analysis: &'a Analysis<ExplicitEngine>,
