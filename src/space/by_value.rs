@@ -149,11 +149,20 @@ impl ByValue {
     /// contain them.
     #[inline]
     pub(crate) fn find<'l>(&'l self, values: &[i64], room: &'l mut Vec<u32>) -> &'l [u32] {
-        if self.splits.is_empty() {
-            return &self.others;
+        let mut lists = self;
+        while !lists.splits.is_empty() && lists.others.is_empty() {
+            let mut found = lists.splits.iter().filter_map(|split| split.get(values[split.variable]));
+            lists = match (found.next(), found.next()) {
+                (None, _) => return &[],
+                (Some(only), None) => only,
+                _ => break,
+            };
+        }
+        if lists.splits.is_empty() {
+            return &lists.others;
         }
         room.clear();
-        self.add(values, room);
+        lists.add(values, room);
         if !room.is_sorted_by(|a, b| a < b) {
             room.sort_unstable();
             room.dedup();

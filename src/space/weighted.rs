@@ -395,7 +395,7 @@ mod tests {
         module n y:[0..2]; [a] y<2 -> 0.5:(y'=y+1) + 0.5:(y'=0); [a] y=0 -> (y'=2); [c] y=2 -> (y'=0); endmodule";
 
     /// Long conditions over x and y, and others over b, some without a value where b=0.
-    const LOCAL: &str = "module m x:[0..3]; y:[0..3]; b:[0..5000];
+    const CELLS: &str = "module m x:[0..3]; y:[0..3]; b:[0..5000];
           [] b>0 & (x=0&y=0 | x=1&y=2 | x=2&y=3 | x=3&y=0) -> 1/2:(x'=mod(x+1,4))&(b'=b-1) + 1/2:(y'=mod(y+1,4))&(b'=b-1);
           [] (x=0&y=0 | x=1&y=0 | x=2&y=3 | x=3&y>1) & b>0 & 6/b>1 -> (x'=3-x)&(y'=3-y)&(b'=b-1);
           [] b>1 & 6/b>1 & (x=0&y=1 | x=1&y=1 | x=2&y=2 | x=3&y=1) -> (x'=y)&(b'=b-2);
@@ -404,8 +404,8 @@ mod tests {
 
     #[test]
     fn choices_and_probabilities_are_those_of_exact_steps() {
-        same(&format!("mdp {LOCAL}"), &[0, 0, 5]);
-        same(&format!("dtmc {LOCAL}"), &[0, 0, 5]);
+        same(&format!("mdp {CELLS}"), &[0, 0, 5]);
+        same(&format!("dtmc {CELLS}"), &[0, 0, 5]);
         same(&format!("mdp {MODULES}"), &[0, 0]);
         same(&format!("dtmc {MODULES}"), &[0, 0]);
     }
