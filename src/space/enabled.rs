@@ -10,7 +10,7 @@ use meliora_model::step::Combination;
 use meliora_model::{CommandId, ModelKind, Program};
 
 /// Maximum number of lists. A model whose states have more of them has no short description of its choices.
-const MOST: usize = 1 << 16;
+pub(crate) const MOST: usize = 1 << 16;
 
 /// A list of synchronisations, each with the enabled commands of its factors: see
 /// [`Stepper::key_into`](super::stepper::Stepper::key_into).

@@ -9,7 +9,7 @@ use ahash::AHashMap;
 use num_traits::One;
 use smallvec::SmallVec;
 
-use super::enabled::names_of;
+use super::enabled::{MOST, names_of};
 use super::explore::fixed;
 pub use super::fractions::Fractions;
 pub use super::layout::Code;
@@ -156,9 +156,6 @@ pub trait Walk: Send {
     fn names(&mut self, state: &[u64]) -> Result<&[String]>;
 }
 
-/// Maximum number of lists of names that a walk keeps.
-const MOST_LISTS: usize = 1 << 16;
-
 struct PackedWalk<'w, const W: usize> {
     program: &'w Program,
     codec: &'w Codec,
@@ -245,7 +242,7 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         self.enable(state)?;
         self.stepper.key_into(&mut self.key);
         if !self.names.contains_key(&self.key[..]) {
-            if self.names.len() == MOST_LISTS {
+            if self.names.len() == MOST {
                 self.names.clear();
             }
             self.names.insert(self.key.as_slice().into(), self.listed_names());
