@@ -198,7 +198,7 @@ def other_choice(context, rng, strategy, optimum):
     node = acting(rng, strategy)
     if node.get("other") or node.get("memory") or node.get("steps") or not node["actions"]:
         return
-    place = {key(n["state"]): at for at, n in enumerate(strategy["nodes"]) if not n.get("memory") and not n.get("steps")}
+    place = {key(n["state"]): at for at, n in enumerate(strategy["nodes"]) if not n.get("memory", n.get("steps"))}
     source = context.source
     (state,) = (s for s in source.all_states() if source.named(s) == node["state"])
     choices = source.choices(state)
