@@ -1,6 +1,6 @@
 //! The edits of the mutation tests.
 
-use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind, SafetyMode};
+use meliora::dump::manifest::{ChoiceNumber, File, Root, RootKind};
 use meliora::dump::{Node, directory};
 use rand::seq::{IndexedMutRandom, IndexedRandom, IteratorRandom};
 
@@ -40,28 +40,11 @@ pub(super) type Edit = fn(&mut Dump, &mut ChaCha8Rng) -> bool;
 /// The edits of a dump; sizes, counts and hashes are corrected afterwards.
 pub(super) const EDITS: &[(&str, Edit)] = &[
     ("a region is another one", |d, r| another(&mut d.manifest.regions, r)),
-    ("a region is its complement", |d, r| changed(&mut d.manifest.regions, r, Edge::complement)),
-    ("a region is empty", |d, r| changed(&mut d.manifest.regions, r, |_| Edge::FALSE)),
-    ("a region has one member more or less", |d, r| member(&mut d.manifest.regions, &mut d.regions, r)),
     ("a node of the regions is changed", |d, r| node(&mut d.regions, r)),
     ("a region is changed, its own set is in the certificate", shadowed),
     ("a set of the certificate is another one", |d, r| another(proof(d).0, r)),
-    ("a set of the certificate is its complement", |d, r| changed(proof(d).0, r, Edge::complement)),
-    ("a set of the certificate is empty", |d, r| changed(proof(d).0, r, |_| Edge::FALSE)),
-    ("a set of the certificate has one member more or less", |d, r| {
-        let (file, diagram) = proof(d);
-        member(file, diagram, r)
-    }),
     ("a node of the certificate is changed", |d, r| node(proof(d).1, r)),
-    ("a region is left out", |d, r| removed(&mut d.manifest.regions, r)),
-    ("a set of the certificate is left out", |d, r| removed(proof(d).0, r)),
-    ("a region has another name", |d, r| renamed(&mut d.manifest.regions, r)),
-    ("a set of the certificate has another name", |d, r| renamed(proof(d).0, r)),
-    ("a region is there under one more name", |d, r| added(&mut d.manifest.regions, r)),
-    ("a set is added to the certificate", |d, r| added(proof(d).0, r)),
     ("the names of two regions are swapped", |d, r| swapped(&mut d.manifest.regions, r)),
-    ("a region is of the other kind", |d, r| other_kind(&mut d.manifest.regions, r)),
-    ("a set of the certificate is of the other kind", |d, r| other_kind(proof(d).0, r)),
     ("names of choices are swapped", |d, r| {
         two_choices(d, r, |a, b| std::mem::swap(&mut a.name, &mut b.name))
     }),
@@ -88,11 +71,6 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         names_of_bits(d);
         true
     }),
-    ("the safety is another one", |d, r| {
-        d.manifest.safety =
-            *[SafetyMode::Action, SafetyMode::Transition, SafetyMode::Prefix].choose(r).unwrap();
-        true
-    }),
     ("the scope is another one", |d, r| {
         d.manifest.scope = (*["all", "reachable", "nonsense"].choose(r).unwrap()).to_owned();
         if r.random_bool(0.5) {
@@ -100,53 +78,10 @@ pub(super) const EDITS: &[(&str, Edit)] = &[
         }
         true
     }),
-    ("the greatest level is another one", |d, r| {
-        d.manifest.max_level = *[None, Some(0), Some(1), Some(2), Some(3), Some(99)].choose(r).unwrap();
-        true
-    }),
     ("the last levels are left out and said to be cut", cut),
-    ("a constant is another one", |d, r| {
-        let names: Vec<String> = d.manifest.constants.keys().cloned().collect();
-        let values = ["7", "-1", "0.5", "true", "\"inf\"", "\"1,K=5\"", "null", "1e16"];
-        let value = serde_json::from_str(values.choose(r).unwrap()).unwrap();
-        names.choose(r).and_then(|name| d.manifest.constants.insert(name.clone(), value)).is_some()
-    }),
-    ("a constant is added or was not given", |d, r| {
-        match r.random_range(0..3) {
-            0 => drop(d.manifest.constants.insert("extra".to_owned(), Json::from(1))),
-            1 => d.manifest.given.push("tiny".to_owned()),
-            _ => d.manifest.given.truncate(1),
-        }
-        true
-    }),
-    ("the history is another one", |d, r| {
-        d.manifest.history =
-            [None, Some("state"), Some("play"), Some("")].choose(r).unwrap().map(str::to_owned);
-        true
-    }),
-    ("the coalition or the players are others", |d, r| {
-        let Manifest { players, coalition, .. } = &mut d.manifest;
-        match r.random_range(0..4) {
-            0 => players.reverse(),
-            1 => players.push("us".to_owned()),
-            2 => *coalition = players.iter().skip(1).cloned().collect(),
-            _ => drop(coalition.pop()),
-        }
-        true
-    }),
-    ("a variable is an observer, or an observer is none", |d, r| {
-        let variable = d.manifest.encoding.variables.choose_mut(r).unwrap();
-        variable.observer = !variable.observer;
-        true
-    }),
     ("two words of an observer are swapped", |d, r| {
         let named = d.manifest.encoding.variables.iter_mut().filter(|v| v.values.len() > 1);
         named.choose(r).map(|v| v.values.swap(0, 1)).is_some()
-    }),
-    ("a value stands for another fact", |d, r| {
-        let variable = d.manifest.encoding.variables.choose_mut(r).unwrap();
-        variable.facts.push("other".to_owned());
-        true
     }),
     ("a node that no region has", |d, _| {
         let level = d.manifest.choices.order.len() as u32;
@@ -180,26 +115,10 @@ pub(super) fn root<'f>(file: &'f mut File, random: &mut ChaCha8Rng) -> &'f mut R
     &mut file.roots[position]
 }
 
-fn changed(file: &mut File, random: &mut ChaCha8Rng, change: fn(Edge) -> Edge) -> bool {
-    let root = root(file, random);
-    root.node = change(root.node);
-    true
-}
-
 fn another(file: &mut File, random: &mut ChaCha8Rng) -> bool {
     let by = root(file, random).clone();
     let like: Vec<usize> = (0..file.roots.len()).filter(|&i| file.roots[i].kind == by.kind).collect();
     file.roots[*like.choose(random).unwrap()].node = by.node;
-    true
-}
-
-fn member(file: &mut File, diagram: &mut Diagram, random: &mut ChaCha8Rng) -> bool {
-    let choice_bits = diagram.variables.iter().filter(|v| v.starts_with("choice@")).count() as u32;
-    let bits = random.random();
-    let root = root(file, random);
-    let from = root.node;
-    let top = if root.kind == RootKind::States { choice_bits } else { 0 };
-    root.node = toggled(diagram, from, top, bits);
     true
 }
 
@@ -237,73 +156,11 @@ fn shadowed(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
     true
 }
 
-fn removed(file: &mut File, random: &mut ChaCha8Rng) -> bool {
-    let position = random.random_range(0..file.roots.len());
-    file.roots.remove(position);
-    true
-}
-
-/// A name that no dump has, or that this one need not have.
-fn name(random: &mut ChaCha8Rng) -> String {
-    const NAMES: &[&str] = &[
-        "sasi:7",
-        "spi:0",
-        "sasi:01",
-        "almost-sure:Z",
-        "class:C+B",
-        "class:A+A",
-        "class:",
-        "nobody",
-        "sasi:1@nothing",
-        "strategy:sasi:9",
-        "layers:reachable:999",
-        "layers:sasi:1:77",
-        "refuted:spi:1:0",
-        "refuted:sasi:1:50",
-        "safe:A",
-        "sasi:unbounded@A",
-        "target:",
-        "positive:A ",
-        "reachable",
-        "deadlock",
-        "\u{1b}[31mred",
-        "strategy:sasi:unbounded",
-        "secured:A:1",
-        "secured:B:7",
-        "strategy:secured:A:2",
-        "layers:secured:B:2:1:0",
-        "refuted:secured:A:1:9",
-        "bad",
-        "layers:bad:0",
-        "player:us",
-        "player:them",
-    ];
-    (*NAMES.choose(random).unwrap()).to_owned()
-}
-
-fn renamed(file: &mut File, random: &mut ChaCha8Rng) -> bool {
-    let name = name(random);
-    root(file, random).name = name;
-    true
-}
-
-fn added(file: &mut File, random: &mut ChaCha8Rng) -> bool {
-    let root = Root { name: name(random), ..root(file, random).clone() };
-    file.roots.push(root);
-    true
-}
-
 fn swapped(file: &mut File, random: &mut ChaCha8Rng) -> bool {
     let (i, j) = (random.random_range(0..file.roots.len()), random.random_range(0..file.roots.len()));
     let name = file.roots[i].name.clone();
     file.roots[i].name = std::mem::replace(&mut file.roots[j].name, name);
     i != j
-}
-
-fn other_kind(file: &mut File, random: &mut ChaCha8Rng) -> bool {
-    let root = root(file, random);
-    root.kind = if root.kind == RootKind::States { RootKind::Choices } else { RootKind::States };
-    true
 }
 
 fn two_choices(
@@ -335,51 +192,6 @@ fn cut(dump: &mut Dump, random: &mut ChaCha8Rng) -> bool {
     dump.manifest.regions.roots.retain(|r| !gone(&r.name));
     proof(dump).0.roots.retain(|r| !gone(&r.name));
     true
-}
-
-/// Changes one place of the manifest's text, which may be a size, a count or a hash. Nothing else is
-/// corrected.
-pub(super) fn field(manifest: &Manifest, random: &mut ChaCha8Rng) -> String {
-    let mut json = serde_json::to_value(manifest).unwrap();
-    let mut place = String::new();
-    while let Some(next) = step(json.pointer(&place).unwrap(), random) {
-        place += &format!("/{}", next.replace('~', "~0").replace('/', "~1"));
-    }
-    let at = json.pointer_mut(&place).unwrap();
-    *at = match (&*at, random.random_range(0..4)) {
-        (Json::Number(n), 0) => Json::from(n.as_f64().unwrap() + 0.5),
-        (Json::Number(n), 1) => Json::from(n.as_i64().unwrap_or(0).wrapping_add(1)),
-        (Json::Number(_), _) => Json::from(*[0i64, -1, 1, 2, i64::MAX].choose(random).unwrap()),
-        (Json::String(s), 0) => Json::from(format!("{s}x")),
-        (Json::String(_), 1) => Json::from(""),
-        (Json::String(s), 2) => Json::from(s.to_uppercase()),
-        (Json::Null, 0) => Json::from(1),
-        (Json::Null, 1) => Json::from("x"),
-        (Json::Bool(b), _) => Json::from(!*b),
-        (Json::Array(all), 0) => Json::from(all.iter().skip(1).cloned().collect::<Vec<_>>()),
-        (Json::Array(all), 1) => all.iter().chain(all.first()).cloned().collect(),
-        (Json::Array(all), 2) => all.iter().rev().cloned().collect(),
-        (Json::Object(all), 0) => all.iter().skip(1).map(|(k, v)| (k.clone(), v.clone())).collect(),
-        (Json::Object(all), 1) => {
-            let mut all = all.clone();
-            all.insert("note".to_owned(), Json::from("checked by hand"));
-            Json::Object(all)
-        }
-        _ => Json::Null,
-    };
-    json.to_string()
-}
-
-/// A part of a value to go on in.
-fn step(at: &Json, random: &mut ChaCha8Rng) -> Option<String> {
-    if random.random_bool(0.1) {
-        return None;
-    }
-    match at {
-        Json::Array(all) if !all.is_empty() => Some(random.random_range(0..all.len()).to_string()),
-        Json::Object(all) => all.keys().nth(random.random_range(0..all.len().max(1))).cloned(),
-        _ => None,
-    }
 }
 
 /// Changes one byte of a file and the hash with it.

@@ -9,7 +9,7 @@ mod plays;
 mod shop;
 mod steps;
 
-use edits::{EDITS, HARMLESS, byte, field, proof, without};
+use edits::{EDITS, HARMLESS, byte, proof, without};
 use meliora::dump::manifest::{CERTIFICATE, FILE, File, REGIONS};
 
 use crate::common::prelude::*;
@@ -95,8 +95,6 @@ fn forge(shop: &mut Shop, dump: &Dump, table: &mut Table, random: &mut ChaCha8Rn
             }
         }
         for _ in 0..5 {
-            put(directory, &field(&dump.manifest, random), &regions, &certificate);
-            table.judge(shop, "a field of the manifest is changed", directory);
             let (manifest, regions, certificate) = byte(dump, random);
             put(directory, &manifest.text().unwrap(), &regions, &certificate);
             table.judge(shop, "a digit of a file is changed", directory);

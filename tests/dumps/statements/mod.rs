@@ -10,6 +10,7 @@ mod values;
 
 use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
 
+use crate::common::amount::is_long;
 use crate::common::prelude::*;
 use crate::dumps::mutation::{Named, Shop, sealed, text};
 
@@ -114,6 +115,14 @@ fn places() -> Vec<Place> {
     ]
 }
 
+/// By default, one of this many statements is edited.
+const EACH: usize = 15;
+
+/// The number of statements that are edited of `all`, at least.
+fn least(all: usize) -> usize {
+    if is_long() { all } else { all / EACH }
+}
+
 /// The statements of one kind that were edited, the edits, and how many of these were refused.
 #[derive(Default)]
 struct Tally {
@@ -163,7 +172,7 @@ impl Counts {
     /// Returns whether the next statement, of any kind, is tested.
     fn takes_more(&mut self) -> bool {
         self.seen += 1;
-        takes(self.seen)
+        takes_one_of(EACH, self.seen)
     }
 
     /// Records the edits of a statement: whether each was refused.
