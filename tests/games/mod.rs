@@ -6,8 +6,6 @@ mod certificates;
 mod dumps;
 mod levels;
 mod library;
-mod moves;
-mod one_player;
 mod raw;
 mod regions;
 mod shields;
