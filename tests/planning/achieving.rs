@@ -180,8 +180,8 @@ fn check_ends(strategy: &mut FiniteMemoryStrategy, start: &[i64], scheduler: Sch
 
 #[test]
 fn an_objective_is_achieved_when_the_path_decides_it_and_not_before() {
-    let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
-    let enough = |seen: &[usize; 2]| seen[0] > 500 && seen[1] > 100;
+    let config = Config { cases: share(150) as u32, failure_persistence: None, ..Config::default() };
+    let enough = |seen: &[usize; 2]| seen[0] > share(500) && seen[1] > share(100);
     draw_until(&config, &(drawn(), any::<bool>()), enough, |(drawn, symbolic), seen| {
         let storage = if symbolic { Storage::Symbolic } else { Storage::Explicit };
         for &safety in Safety::ALL {
@@ -192,9 +192,9 @@ fn an_objective_is_achieved_when_the_path_decides_it_and_not_before() {
 
 #[test]
 fn both_engines_explain_every_state_of_chains_and_deadlocks_with_monitors() {
-    let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
+    let config = Config { cases: share(150) as u32, failure_persistence: None, ..Config::default() };
     let cases = (drawn(), prop::sample::select(Safety::ALL));
-    let enough = |deadlocks: &[usize; 2]| deadlocks.iter().all(|&n| n > 20);
+    let enough = |deadlocks: &[usize; 2]| deadlocks.iter().all(|&n| n > share(20));
     draw_until(&config, &cases, enough, |(drawn, safety), deadlocks| {
         let [left, right] =
             [Storage::Symbolic, Storage::Explicit].map(|storage| analysed(&drawn, storage, safety));

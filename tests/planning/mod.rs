@@ -2,9 +2,7 @@
 //! engines of the library.
 
 mod achieving;
-mod chains;
 mod choosing;
-mod commitments;
 mod differential;
 mod embed;
 mod examples;
@@ -28,7 +26,6 @@ mod reasons;
 mod regions;
 mod requirements;
 mod restricted;
-mod robot;
 mod shield_labels;
 mod shields;
 mod simulations;

@@ -165,7 +165,7 @@ struct Ranks(BTreeMap<(&'static str, &'static str), [usize; 3]>);
 impl Ranks {
     /// True if many states have something to improve.
     fn are_enough(&self) -> bool {
-        !self.0.is_empty() && self.0.values().all(|[_, one, more]| *one > 50 && *more > 10)
+        !self.0.is_empty() && self.0.values().all(|[_, one, more]| *one > share(50) && *more > share(10))
     }
 
     fn note(&mut self, kind: Kind, safety: Safety, rank: Rank) {
@@ -218,7 +218,7 @@ fn layered() -> impl Strategy<Value = Drawn> {
 
 #[test]
 fn plays_on_random_models_keep_their_promise() {
-    let config = Config { cases: 300, failure_persistence: None, ..Config::default() };
+    let config = Config { cases: share(300) as u32, failure_persistence: None, ..Config::default() };
     draw_until(&config, &layered(), Ranks::are_enough, |(choices, targets, above, empty), ranks| {
         let (program, preferences) = program(&choices, &targets, &above, empty);
         check(program, &Arc::new(preferences), ranks);

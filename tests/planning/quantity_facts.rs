@@ -1,7 +1,6 @@
 //! Facts about quantities: {P_k > 0} and {P_k = 1} are levels, on all models of `models`; and the
 //! expected number of improvements is attained.
 
-use meliora::quantities::Node;
 use proptest::prelude::*;
 
 use crate::common::prelude::*;
@@ -10,16 +9,6 @@ use crate::planning::worlds::{World, graph};
 
 /// The greatest number of improvements that is checked.
 const LEVELS: usize = 3;
-
-/// The constants of families of models.
-const FAMILIES: &[(&str, &str)] = &[
-    ("chain", "N=3"),
-    ("network", "K=2,M=2"),
-    ("patrol", "N=2"),
-    ("rescue", "H=2"),
-    ("ring", "N=8,T=2"),
-    ("scramble", "cells=4"),
-];
 
 fn analysed<E: Engine>(engine: &Arc<E>, preferences: &Arc<Preferences>, safety: Safety) -> Analysis<E> {
     finished(engine, preferences, Options { safety, max_level: None })
@@ -30,99 +19,6 @@ fn solved<E: Engine>(analysis: &Analysis<E>, program: &Program, states: &[State]
     values.explore(analysis, program, states, &Steps).unwrap();
     values.solve(analysis.engine()).unwrap();
     values
-}
-
-fn solved_everywhere<E: Engine>(analysis: &Analysis<E>, program: &Program) -> Values {
-    let mut values = Values::new(ValueOptions { levels: LEVELS, exact: false, within: None });
-    values.explore_everywhere(analysis, program, &Steps).unwrap();
-    values.solve(analysis.engine()).unwrap();
-    values
-}
-
-/// Checks that two explorations find overlapping bounds in a state, and the same certainty.
-fn agree((values, node): (&Values, Node), (others, other): (&Values, Node), k: usize) {
-    let [p, q] = [values.probability(node, k), others.probability(other, k)].map(|bounds| bounds.interval);
-    assert!(p.lower <= q.upper && q.lower <= p.upper, "P_{k}: {p:?} {q:?}");
-    assert_eq!((p.lower > 0.0, p.lower == 1.0), (q.lower > 0.0, q.lower == 1.0), "P_{k}");
-    match [values.cost(node, k), others.cost(other, k)].map(|bounds| bounds.map(|b| b.interval)) {
-        [None, None] => {}
-        [Some(c), Some(d)] => assert!(c.lower <= d.upper && d.lower <= c.upper, "C_{k}: {c:?} {d:?}"),
-        other => panic!("C_{k}: {other:?}"),
-    }
-}
-
-fn at_least<E: Engine>(analysis: &Analysis<E>, kind: Kind, state: &State, k: usize) -> bool {
-    match analysis.levels(kind).rank(analysis.engine(), state).unwrap() {
-        Rank::Finite(n) | Rank::AtLeast(n) => n >= k,
-        Rank::Unbounded => true,
-    }
-}
-
-fn levels_are_facts<E: Engine>(
-    engine: &Arc<E>,
-    program: &Program,
-    preferences: &Arc<Preferences>,
-    name: &str,
-) {
-    let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
-    let action = analysed(engine, preferences, Safety::Action);
-    for &safety in Safety::ALL {
-        let analysis = analysed(engine, preferences, safety);
-        let values = solved(&analysis, program, &states, false);
-        let everywhere = solved_everywhere(&analysis, program);
-        // Under `transition`, a step that may weaken may also fail.
-        let strict = if safety == Safety::Transition { &action } else { &analysis };
-        for state in &states {
-            let (Some(node), Some(same)) = (values.start(state), everywhere.start(state)) else {
-                assert!(analysis.is_unsafe(state).unwrap(), "{name}, {safety}: {state:?}");
-                continue;
-            };
-            for k in 1..=LEVELS {
-                let p = values.probability(node, k).interval;
-                agree((&values, node), (&everywhere, same), k);
-                let (possible, sure) =
-                    (at_least(&analysis, Kind::Spi, state, k), at_least(strict, Kind::Sasi, state, k));
-                let at = format!("{name}, {safety}, P_{k} in {state:?}: {p:?}");
-                assert_eq!((p.lower > 0.0, p.upper > 0.0), (possible, possible), "{at}");
-                assert_eq!((p.lower == 1.0, p.upper == 1.0), (sure, sure), "{at}");
-                assert_eq!(values.cost(node, k).is_some(), sure, "{at}");
-            }
-        }
-    }
-}
-
-#[test]
-fn levels_say_where_probabilities_are_positive_and_one_in_all_models() {
-    let mut models = 0;
-    for entry in fs::read_dir("models").unwrap() {
-        let path = entry.unwrap().path();
-        if path.extension().is_none_or(|ending| ending != "prism") {
-            continue;
-        }
-        let read = |path: &std::path::Path| {
-            SourceFile::new(path.display().to_string(), fs::read_to_string(path).unwrap())
-        };
-        let name = path.display().to_string();
-        let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap();
-        let family = FAMILIES.iter().find(|family| family.0 == stem);
-        let constants = SourceFile::new("constants", family.map_or("", |family| family.1));
-        // Large families are left out.
-        let Ok(loaded) = lang::load(&read(&path), &constants) else { continue };
-        let program = loaded.program;
-        let lang::Task { program, preferences } =
-            lang::load_preferences(&read(&path.with_extension("pref")), program).unwrap();
-        let (program, preferences) = (Arc::new(program), Arc::new(preferences));
-        let settings = || Settings { memory: 256 << 20, ..Settings::default() };
-        let symbolic = Arc::new(SymbolicEngine::new(program.clone(), settings()).unwrap());
-        if symbolic.count(&symbolic.all_states()).unwrap() > Count::from(5000u32) {
-            continue;
-        }
-        levels_are_facts(&symbolic, &program, &preferences, &name);
-        let explicit = Arc::new(ExplicitEngine::new(program.clone(), settings()).unwrap());
-        levels_are_facts(&explicit, &program, &preferences, &name);
-        models += 1;
-    }
-    assert!(models >= 8, "only {models} models");
 }
 
 /// The expected numbers of one analysis, with the kept choices of each state.
