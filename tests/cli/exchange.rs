@@ -36,7 +36,8 @@ fn every_model_is_the_same_after_writing_and_reading() {
     let requires =
         |name: &str| std::fs::read_to_string(format!("models/{name}.pref")).unwrap().contains("require ");
     let models = MODELS.into_iter().filter(|(name, _)| !requires(name)).map(|(name, of)| (name, "prism", of));
-    for (name, extension, constants) in models.chain([("workshop", "jani", "N=2")]) {
+    let all = models.chain([("workshop", "jani", "N=2")]).enumerate();
+    for (_, (name, extension, constants)) in all.filter(|(at, _)| takes_one_of(3, *at)) {
         let scratch = Scratch::new(&[]);
         let (model, prefs) = (format!("models/{name}.{extension}"), format!("models/{name}.pref"));
         let out = scratch.show("out");

@@ -179,7 +179,7 @@ fn an_interrupt_and_the_time_limit_end_all_ways_of_a_race_soon() {
     };
     // The best of some runs counts, since the machine may be busy.
     let soon = |seconds: &dyn Fn() -> f64| (0..8).any(|_| seconds() < 0.2);
-    for threads in [1, 2, 4] {
+    for (_, threads) in [2, 1, 4].into_iter().enumerate().filter(|(at, _)| takes(*at)) {
         assert!(soon(&|| ends_after(threads, &interrupt, "", 130)), "{threads} threads, an interrupt");
         let late = |run: &mut Running| {
             std::thread::sleep(Duration::from_secs(3).saturating_sub(run.started.elapsed()));

@@ -151,23 +151,6 @@ fn history_play_is_memory_written_by_hand() {
 }
 
 #[test]
-fn both_engines_agree_on_the_temporal_models() {
-    for (model, constants) in [("courier", ""), ("counter", ""), ("patrol", "N=3"), ("patrol", "N=5")] {
-        for safety in ["action", "transition", "prefix"] {
-            for scope in ["reachable", "all"] {
-                let files = [format!("models/{model}.prism"), format!("models/{model}.pref")];
-                let mut command = executable();
-                command.args(["compare", &files[0], &files[1], "--safety", safety, "--scope", scope]);
-                if !constants.is_empty() {
-                    command.args(["--const", constants]);
-                }
-                Finished::of(&mut command).expect(0);
-            }
-        }
-    }
-}
-
-#[test]
 fn states_of_monitors_are_named_in_words() {
     run("check models/courier.prism models/courier.pref").prints(0, "Deliver=waiting for key");
     let at = "place=0,Deliver=\"waiting for door\"";

@@ -1,7 +1,7 @@
 //! A written text is read back as the same tree; broken text never panics.
 
-use meliora::advanced::lang::ast::{Model, *};
-use meliora::lang::{flat, load, parse_expression, parse_model, parse_preferences, parse_property};
+use meliora::advanced::lang::ast::*;
+use meliora::lang::{flat, load, parse_expression};
 use meliora::model::value::Value;
 use proptest::collection::vec;
 use proptest::option;
@@ -243,116 +243,6 @@ fn model() -> impl Strategy<Value = String> {
     (kind, items).prop_map(|(kind, items)| kind.to_owned() + &items.concat())
 }
 
-/// Two texts that read otherwise than they were meant, in PRISM too: a label in front of a reward item
-/// without `[…]` is the name of the structure, and `true + …` in front of a branch is an update.
-fn ambiguous(text: &str) -> bool {
-    text.contains("rewards\n    \"") || text.contains("-> true +") || text.contains("+ true +")
-}
-
-/// The model as text, each expression and command as it stands at its place.
-fn written(model: &Model, text: &str) -> String {
-    let kind = match model.kind {
-        Some((ModelKind::Mdp, _)) => "mdp\n",
-        Some((ModelKind::Dtmc, _)) => "dtmc\n",
-        Some((ModelKind::Smg, _)) => "smg\n",
-        None => "",
-    };
-    let items = model.items.iter().map(|item| written_item(item, &|e| &text[e.range()]) + "\n");
-    kind.to_owned() + &items.collect::<String>()
-}
-
-fn written_item<'t>(item: &Item, at: &dyn Fn(Span) -> &'t str) -> String {
-    match item {
-        Item::Const(c) => {
-            let ty = match c.ty {
-                ConstType::Int => "int",
-                ConstType::Double => "double",
-                ConstType::Bool => "bool",
-            };
-            let value = c.value.map_or(String::new(), |e| format!(" = {}", at(e)));
-            format!("const {ty} {}{value};", c.name.name)
-        }
-        Item::Formula(d) => format!("formula {} = {};", d.name.name, at(d.body)),
-        Item::Label(d) => format!("label \"{}\" = {};", d.name.name, at(d.body)),
-        Item::Global(v) => format!("global {}", written_variable(v, at)),
-        Item::Module(m) => {
-            let variables = m.variables.iter().map(|v| written_variable(v, at));
-            let lines = variables.chain(m.commands.iter().map(|c| at(*c).to_owned()));
-            let lines = lines.map(|line| format!("    {line}\n")).collect::<String>();
-            format!("module {}\n{lines}endmodule", m.name.name)
-        }
-        Item::Renamed(m) => {
-            format!("module {} = {} [{}] endmodule", m.name.name, m.base.name, written_pairs(&m.renames, "="))
-        }
-        Item::Rewards(r) => {
-            let name = r.name.as_ref().map_or(String::new(), |n| format!(" \"{}\"", n.name));
-            let items = r.items.iter().map(|item| {
-                let action = |a: &Option<Ident>| format!("[{}] ", a.as_ref().map_or("", |a| a.name.as_str()));
-                let action = item.action.as_ref().map_or(String::new(), action);
-                format!("    {action}{} : {};\n", at(item.guard), at(item.value))
-            });
-            format!("rewards{name}\n{}endrewards", items.collect::<String>())
-        }
-        Item::Init(e) => format!("init {} endinit", at(*e)),
-        Item::System(s) => format!("system {} endsystem", written_system(s)),
-        Item::Player(p) => {
-            let items = p.items.iter().map(|item| match item {
-                PlayerItem::Module(module) => module.name.clone(),
-                PlayerItem::Action(action) => format!("[{}]", action.name),
-            });
-            format!("player {} {} endplayer", p.name.name, items.collect::<Vec<_>>().join(", "))
-        }
-    }
-}
-
-fn written_variable<'t>(v: &VarDecl, at: &dyn Fn(Span) -> &'t str) -> String {
-    let init = v.init.map_or(String::new(), |e| format!(" init {}", at(e)));
-    match v.range {
-        Some((low, high)) => format!("{} : [{}..{}]{init};", v.name.name, at(low), at(high)),
-        None => format!("{} : bool{init};", v.name.name),
-    }
-}
-
-fn written_pairs(pairs: &[(Ident, Ident)], sign: &str) -> String {
-    let pair = |(old, new): &(Ident, Ident)| format!("{} {sign} {}", old.name, new.name);
-    pairs.iter().map(pair).collect::<Vec<_>>().join(", ")
-}
-
-fn written_system(s: &System) -> String {
-    let names = |all: &[Ident]| all.iter().map(|n| n.name.as_str()).collect::<Vec<_>>().join(", ");
-    let operand = |s: &System| match s.kind {
-        SystemKind::Module(_) | SystemKind::Hide(..) | SystemKind::Rename(..) => written_system(s),
-        _ => format!("({})", written_system(s)),
-    };
-    let operands = |all: &[System], sign: &str| all.iter().map(operand).collect::<Vec<_>>().join(sign);
-    match &s.kind {
-        SystemKind::Module(name) => name.clone(),
-        SystemKind::Full(all) => operands(all, " || "),
-        SystemKind::Interleaved(all) => operands(all, " ||| "),
-        SystemKind::Parallel(a, on, b) => format!("{} |[{}]| {}", operand(a), names(on), operand(b)),
-        SystemKind::Hide(inner, hidden) => format!("{} / {{{}}}", operand(inner), names(hidden)),
-        SystemKind::Rename(inner, renames) => {
-            format!("{} {{{}}}", operand(inner), written_pairs(renames, "<-"))
-        }
-    }
-}
-
-const SEED: &str = "mdp\nconst int N = 3; // size\nconst double p = 0.5;\nglobal g : [0..1];\nformula f = x<N & !(g=1);\n\
-    label \"done\" = x=N | y;\nmodule m\n x : [0..N] init 1;\n y : bool;\n [a] f -> p : (x'=min(x+1,N)) + 1-p : (y'=!y);\n \
-    [] x=N -> true;\nendmodule\nmodule n = m [x=z, y=w, a=b] endmodule\nrewards \"r\" [a] true : x/2; endrewards\n\
-    system (m / {a}) ||| n {b<-c} endsystem\n";
-
-/// The models and preference files that come with the program.
-fn shipped() -> Vec<String> {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-    let entries = std::fs::read_dir(folder).expect("the folder is there");
-    let mut paths: Vec<_> =
-        entries.map(|e| e.expect("it can be listed").path()).filter(|p| p.is_file()).collect();
-    paths.sort();
-    let texts = paths.iter().map(|p| std::fs::read_to_string(p).expect("it is text"));
-    texts.filter(|t| !t.is_empty()).collect()
-}
-
 proptest! {
     #![proptest_config(crate::common::amount::random(64))]
 
@@ -366,67 +256,9 @@ proptest! {
     }
 
     #[test]
-    fn a_model_reads_back(text in model()) {
-        prop_assume!(!ambiguous(&text));
-        match parse_model(&SourceFile::new("m", text.clone())) {
-            Ok(model) => prop_assert_eq!(written(&model, &text), text),
-            Err(error) => prop_assert!(false, "{}\n{}", error, text),
-        }
-    }
-
-    #[test]
     fn a_checked_model_never_panics(text in model()) {
         if let Ok(checked) = load(&SourceFile::new("m", text), &SourceFile::new("c", "")) {
             flat(&checked.program).unwrap();
         }
     }
-
-    #[test]
-    fn edited_bytes_never_panic(edits in vec((0..SEED.len(), any::<u8>(), 0..3u8), 1..6)) {
-        let mut bytes = SEED.as_bytes().to_vec();
-        for (at, byte, how) in edits {
-            let at = at.min(bytes.len().saturating_sub(1));
-            match how {
-                0 => bytes[at] = byte,
-                1 => bytes.insert(at, byte),
-                _ => { bytes.remove(at); }
-            }
-        }
-        let text = String::from_utf8_lossy(&bytes).into_owned();
-        let source = SourceFile::new("m", text);
-        if let Err(meliora::error::Error::Input(all)) = load(&source, &SourceFile::new("c", "")) {
-            meliora::error::render(&all, true);
-        }
-    }
-
-    #[test]
-    fn edited_models_never_panic(
-        which in any::<prop::sample::Index>(),
-        edits in vec((any::<prop::sample::Index>(), any::<u8>(), 0..3u8), 1..6),
-    ) {
-        let texts = shipped();
-        let mut bytes = which.get(&texts).clone().into_bytes();
-        for (at, byte, how) in edits {
-            let at = at.index(bytes.len());
-            match how {
-                0 => bytes[at] = byte,
-                1 => bytes.insert(at, byte),
-                _ => { bytes.remove(at); }
-            }
-        }
-        let source = SourceFile::new("m", String::from_utf8_lossy(&bytes).into_owned());
-        let _ = (load(&source, &SourceFile::new("c", "")), parse_preferences(&source));
-    }
-
-    #[test]
-    fn cut_text_never_panics(from in 0..SEED.len(), to in 0..SEED.len()) {
-        let text = SEED.get(from.min(to)..from.max(to)).unwrap_or("");
-        let source = SourceFile::new("m", text);
-        let _ = (parse_model(&source), parse_preferences(&source), parse_property(&source), parse_expression(&source));
-    }
-}
-
-#[test]
-fn the_text_that_is_edited_is_a_model() {
-    load(&SourceFile::new("m", SEED), &SourceFile::new("c", "")).expect("it is right");
 }
