@@ -4,7 +4,7 @@ use meliora::dump::manifest::{File, Root, RootKind};
 
 use super::{Counts, Place, least, places};
 use crate::common::prelude::*;
-use crate::dumps::mutation::toggled;
+use crate::dumps::shop::toggled;
 
 type Part = for<'d> fn(&'d mut Dump) -> (&'d mut File, &'d mut Diagram);
 

@@ -6,7 +6,7 @@ use meliora::dump::write_directory;
 
 use super::{Counts, EACH, GAME, SIDES, least};
 use crate::common::prelude::*;
-use crate::dumps::mutation::sealed;
+use crate::dumps::shop::sealed;
 use crate::dumps::values::{Case, example};
 use crate::dumps::values_of_games::{CYCLES, GOALS};
 
