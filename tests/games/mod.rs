@@ -2,7 +2,6 @@
 //! engine against the other.
 
 mod action_values;
-mod certificates;
 mod dumps;
 mod levels;
 mod library;
