@@ -271,16 +271,6 @@ fn what_is_printed_when_memory_ends_is_part_of_the_full_answer() {
 }
 
 #[test]
-fn a_small_operation_cache_is_slow_and_nothing_worse() {
-    // A megabyte leaves a cache of a few thousand entries and a table that is collected all the time.
-    let robot = "check models/robot5x5.prism models/robot5x5.pref --scope all --json --quiet";
-    let small = run(&format!("{robot} --memory 600KiB")).expect(0).json();
-    let large = run(robot).expect(0).json();
-    assert_eq!(small["sasi"], large["sasi"]);
-    assert_eq!(small["spi"], large["spi"]);
-}
-
-#[test]
 fn a_full_disk_ends_with_4_and_says_so() {
     if !std::path::Path::new("/dev/full").exists() {
         return;

@@ -1,10 +1,9 @@
-//! A written text is read back as the same tree; broken text never panics.
+//! A written expression is read back as the same tree.
 
 use meliora::advanced::lang::ast::*;
-use meliora::lang::{flat, load, parse_expression};
+use meliora::lang::parse_expression;
 use meliora::model::value::Value;
 use proptest::collection::vec;
-use proptest::option;
 use proptest::prelude::*;
 
 use crate::common::prelude::*;
@@ -155,94 +154,6 @@ fn expr() -> impl Strategy<Value = Written> + Clone {
     .boxed()
 }
 
-fn text() -> impl Strategy<Value = String> + Clone {
-    expr().prop_map(|e| e.text()).boxed()
-}
-
-fn names(most: usize) -> impl Strategy<Value = String> + Clone {
-    vec(name(), 1..most).prop_map(|all| all.join(", ")).boxed()
-}
-
-fn pairs(sign: &'static str) -> impl Strategy<Value = String> + Clone {
-    let pair = (name(), name()).prop_map(move |(old, new)| format!("{old} {sign} {new}"));
-    vec(pair, 1..4).prop_map(|all| all.join(", ")).boxed()
-}
-
-/// A composition as text, and true if it needs brackets as an operand.
-fn system() -> impl Strategy<Value = (String, bool)> {
-    name().prop_map(|n| (n, false)).prop_recursive(4, 20, 3, |s| {
-        let operand = s.prop_map(|(text, open)| if open { format!("({text})") } else { text }).boxed();
-        prop_oneof![
-            vec(operand.clone(), 2..4).prop_map(|v| (v.join(" || "), true)),
-            vec(operand.clone(), 2..4).prop_map(|v| (v.join(" ||| "), true)),
-            (operand.clone(), names(3), operand.clone())
-                .prop_map(|(a, on, b)| (format!("{a} |[{on}]| {b}"), true)),
-            (operand.clone(), names(3)).prop_map(|(a, hidden)| (format!("{a} / {{{hidden}}}"), false)),
-            (operand, pairs("<-")).prop_map(|(a, renames)| (format!("{a} {{{renames}}}"), false)),
-        ]
-    })
-}
-
-fn variable() -> impl Strategy<Value = String> {
-    let init = option::of(text()).prop_map(|e| e.map_or(String::new(), |e| format!(" init {e}")));
-    (name(), option::of((text(), text())), init).prop_map(|(name, range, init)| match range {
-        Some((low, high)) => format!("{name} : [{low}..{high}]{init};"),
-        None => format!("{name} : bool{init};"),
-    })
-}
-
-fn command() -> impl Strategy<Value = String> {
-    let assignment = (name(), text()).prop_map(|(variable, value)| format!("({variable}' = {value})"));
-    let updates = vec(assignment, 0..3)
-        .prop_map(|all| if all.is_empty() { "true".to_owned() } else { all.join(" & ") })
-        .boxed();
-    let branch = (text(), updates.clone()).prop_map(|(p, updates)| format!("{p} : {updates}"));
-    let several = vec(branch, 1..3).prop_map(|all| all.join(" + "));
-    (option::of(name()), text(), prop_oneof![updates, several]).prop_map(|(action, guard, branches)| {
-        format!("[{}] {guard} -> {branches};", action.unwrap_or_default())
-    })
-}
-
-fn reward() -> impl Strategy<Value = String> {
-    (option::of(option::of(name())), text(), text()).prop_map(|(action, guard, value)| {
-        let action = action.map_or(String::new(), |a| format!("[{}] ", a.unwrap_or_default()));
-        format!("    {action}{guard} : {value};\n")
-    })
-}
-
-fn item() -> impl Strategy<Value = String> {
-    let lines = |lines: Vec<String>| lines.iter().map(|l| format!("    {l}\n")).collect::<String>();
-    let value = option::of(text()).prop_map(|e| e.map_or(String::new(), |e| format!(" = {e}")));
-    prop_oneof![
-        (prop::sample::select(vec!["int", "double", "bool"]), name(), value)
-            .prop_map(|(ty, name, value)| format!("const {ty} {name}{value};")),
-        (name(), text()).prop_map(|(name, e)| format!("formula {name} = {e};")),
-        (name(), text()).prop_map(|(name, e)| format!("label \"{name}\" = {e};")),
-        variable().prop_map(|v| format!("global {v}")),
-        (name(), vec(variable(), 0..3), vec(command(), 0..3)).prop_map(move |(name, variables, commands)| {
-            format!("module {name}\n{}{}endmodule", lines(variables), lines(commands))
-        }),
-        (name(), name(), pairs("="))
-            .prop_map(|(name, base, renames)| format!("module {name} = {base} [{renames}] endmodule")),
-        (option::of(name()), vec(reward(), 0..3)).prop_map(|(name, items)| {
-            let name = name.map_or(String::new(), |n| format!(" \"{n}\""));
-            format!("rewards{name}\n{}endrewards", items.concat())
-        }),
-        text().prop_map(|e| format!("init {e} endinit")),
-        system().prop_map(|(s, _)| format!("system {s} endsystem")),
-        (name(), vec(name(), 0..3), vec(name(), 1..3)).prop_map(|(name, modules, actions)| {
-            let items = modules.into_iter().chain(actions.into_iter().map(|action| format!("[{action}]")));
-            format!("player {name} {} endplayer", items.collect::<Vec<_>>().join(", "))
-        }),
-    ]
-}
-
-fn model() -> impl Strategy<Value = String> {
-    let kind = prop::sample::select(vec!["", "mdp\n", "dtmc\n", "smg\n"]);
-    let items = vec(item().prop_map(|i| i + "\n"), 0..5);
-    (kind, items).prop_map(|(kind, items)| kind.to_owned() + &items.concat())
-}
-
 proptest! {
     #![proptest_config(crate::common::amount::random(64))]
 
@@ -253,12 +164,5 @@ proptest! {
         let text = e.text();
         let again = parse_expression(&SourceFile::new("e", text.clone()));
         prop_assert_eq!(again.ok(), Some(expected), "{}", text);
-    }
-
-    #[test]
-    fn a_checked_model_never_panics(text in model()) {
-        if let Ok(checked) = load(&SourceFile::new("m", text), &SourceFile::new("c", "")) {
-            flat(&checked.program).unwrap();
-        }
     }
 }
