@@ -7,16 +7,16 @@
 use ahash::AHashMap;
 
 use super::bounds::Bounds;
-use super::machine::{Code, Entry, Memo, Op, Reg, Routine, Table};
+use super::machine::{Code, Entry, Memo, Op, Reg, Routine, Table, Valuations};
 use super::needs::{Ways, operands};
-use super::share::{self, Kept, Support, WORTH_SHARING};
+use super::share::{self, Kept, WORTH_SHARING};
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::Poll;
 use meliora_base::stack;
 use meliora_base::value::Type;
+use meliora_model::Program;
 use meliora_model::expr::{Binary, ExprId, ExprPool, Node, Unary};
-use meliora_model::{Program, VarId};
 
 /// The compiler for the expressions of a program.
 pub struct Compiler<'a> {
@@ -108,7 +108,8 @@ impl<'a> Compiler<'a> {
                     // The result may be that of another node, or a constant.
                     let dst = self.fresh();
                     self.emit(Op::Copy { dst, a: result });
-                    self.code.memos.push(memo_of(program, start, &support));
+                    let valuations = Valuations::new(program, &support.variables);
+                    self.code.memos.push(Memo { start, valuations });
                     (dst, Op::Recall { dst, memo: self.code.memos.len() as u32 - 1 })
                 }
             };
@@ -350,19 +351,6 @@ impl<'a> Compiler<'a> {
             }
         }
     }
-}
-
-/// Returns the results of a condition over some variables.
-fn memo_of(program: &Program, start: u32, support: &Support) -> Memo {
-    let mut size = 1;
-    let field = |v: &VarId| {
-        let declared = &program.variables[v.index()];
-        let weight = size;
-        size *= declared.high.abs_diff(declared.low) as usize + 1;
-        (v.0, declared.low, weight)
-    };
-    let fields = support.variables.iter().map(field).collect();
-    Memo { start, fields, size }
 }
 
 /// Returns the jump that is taken if `a op b` equals `value`.

@@ -42,6 +42,7 @@ mod guards;
 pub mod index;
 pub mod initial;
 pub mod layout;
+mod local;
 pub mod machine;
 pub mod meter;
 pub mod needs;

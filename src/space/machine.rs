@@ -11,6 +11,7 @@ use super::numbers::Numbers;
 use meliora_base::exact::{self, Exact};
 use meliora_base::value::{EvalError, Type};
 use meliora_model::expr::{Binary, Unary};
+use meliora_model::{Program, VarId};
 
 /// A register.
 pub(crate) type Reg = u32;
@@ -130,10 +131,38 @@ pub(crate) struct Routine {
 pub(crate) struct Memo {
     /// The position of its first instruction.
     pub(crate) start: u32,
-    /// The variables with their lowest values, and the distance of the results for neighbouring values.
-    pub(crate) fields: SmallVec<[(Reg, i64, usize); 2]>,
-    /// The number of results.
-    pub(crate) size: usize,
+    pub(crate) valuations: Valuations,
+}
+
+/// The valuations of some variables, numbered from 0.
+#[derive(Debug, Clone)]
+pub(crate) struct Valuations {
+    /// The variables with their lowest values, and the distance of the numbers for neighbouring values.
+    fields: SmallVec<[(Reg, i64, usize); 2]>,
+    pub(crate) count: usize,
+}
+
+impl Valuations {
+    /// Numbers the valuations of some variables, which must be fewer than 2^32.
+    pub(crate) fn new(program: &Program, variables: &[VarId]) -> Self {
+        let mut count = 1;
+        let field = |v: &VarId| {
+            let declared = &program.variables[v.index()];
+            let weight = count;
+            count *= declared.high.abs_diff(declared.low) as usize + 1;
+            (v.0, declared.low, weight)
+        };
+        let fields = variables.iter().map(field).collect();
+        Valuations { fields, count }
+    }
+
+    /// Returns the number of the valuation in some registers.
+    #[inline]
+    pub(crate) fn number(&self, regs: &[i64]) -> usize {
+        let place =
+            |&(variable, low, weight): &(Reg, i64, usize)| (regs[variable as usize] - low) as usize * weight;
+        self.fields.iter().map(place).sum()
+    }
 }
 
 /// The disjuncts of a condition, of which only those are tested that the values of the variables may make true.
@@ -237,9 +266,7 @@ impl Machine {
 
     fn recall(&mut self, code: &Code, dst: Reg, index: usize) -> Result<(), EvalError> {
         let memo = &code.memos[index];
-        let place =
-            |&(variable, low, weight): &(Reg, i64, usize)| (self.get(variable) - low) as usize * weight;
-        let at = memo.fields.iter().map(place).sum::<usize>();
+        let at = memo.valuations.number(&self.regs);
         let known = self.memos[index].get(at).copied().unwrap_or_default();
         if known != 0 {
             self.regs[dst as usize] = i64::from(known) - 1;
@@ -247,7 +274,7 @@ impl Machine {
         }
         self.run(code, memo.start)?;
         let results = &mut self.memos[index];
-        results.resize(memo.size, 0);
+        results.resize(memo.valuations.count, 0);
         results[at] = self.regs[dst as usize] as u8 + 1;
         Ok(())
     }

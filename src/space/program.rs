@@ -7,14 +7,16 @@ use super::by_value::ByValue;
 use super::compile::Compiler;
 use super::guards::{Candidates, Guards};
 use super::layout::{Field, Layout};
-use super::machine::{Code, Entry};
+use super::local;
+use super::machine::{Code, Entry, Reg};
 use super::needs::{Way, Ways, of_all};
 use super::numbers::Numbers;
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::{Poll, ProgressSink};
 use meliora_base::rounding::Sum;
-use meliora_model::expr::{ExprId, Node};
+use meliora_base::value::Value;
+use meliora_model::expr::{Binary, ExprId, Node};
 use meliora_model::{Branch, Command, CommandId, ModelKind, Program, VarId};
 
 /// A program compiled for the codes of one layout.
@@ -77,9 +79,16 @@ pub struct ReadyBranch {
 pub struct Update {
     pub(crate) variable: usize,
     pub(crate) field: Field,
-    pub(crate) value: Entry,
-    /// True if the register contains the value without a computation.
-    pub(crate) is_given: bool,
+    pub(crate) value: NewValue,
+}
+
+/// The value that an update gives.
+pub(crate) enum NewValue {
+    /// The value of a register: a constant, or another variable.
+    Register(Reg),
+    /// The old value, plus a constant.
+    Shift(i64),
+    Computed(Entry),
 }
 
 impl Prepared {
@@ -107,9 +116,9 @@ impl Prepared {
             bounds.is_total(program.commands[c.index()].guard)
                 && commands[c.index()].chances == Chances::Sound
         };
-        let mut factors = Vec::with_capacity(guards.len());
+        let (mut factors, mut kept) = (Vec::with_capacity(guards.len()), local::MOST_IN_ALL);
         for (guards, own) in guards.iter().zip(&participants) {
-            let candidates = guards.compile(&mut compiler, &mut ways, &mut poll)?;
+            let candidates = guards.compile(&mut compiler, &mut ways, &mut kept, &mut poll)?;
             factors.push(Factor { candidates, is_sound: own.iter().all(&mut sound) });
         }
         let needs = guards.iter().map(|guards| of_all(guards.ways.iter().flatten()));
@@ -206,13 +215,31 @@ fn updates(program: &Program, layout: &Layout, branch: &Branch, compiler: &mut C
     for &(variable, e) in &branch.updates {
         let node = program.pool.node(e);
         if node != Node::Var(variable) {
-            let is_given = matches!(node, Node::Literal(_) | Node::Var(_));
             let index = variable.index();
-            let value = compiler.value(e);
-            updates.push(Update { variable: index, field: layout.field(index), value, is_given });
+            let value = match (node, shift(program, variable, node)) {
+                (Node::Literal(_) | Node::Var(_), _) => NewValue::Register(compiler.value(e).result),
+                (_, Some(by)) => NewValue::Shift(by),
+                _ => NewValue::Computed(compiler.value(e)),
+            };
+            updates.push(Update { variable: index, field: layout.field(index), value });
         }
     }
     updates
+}
+
+/// Returns the constant that an expression adds to a variable; `None` for another expression.
+fn shift(program: &Program, variable: VarId, node: Node) -> Option<i64> {
+    let constant = |e: ExprId| match program.pool.node(e) {
+        Node::Literal(Value::Int(constant)) => Some(constant),
+        _ => None,
+    };
+    let is_own = |e: ExprId| program.pool.node(e) == Node::Var(variable);
+    match node {
+        Node::Binary(Binary::Add, a, b) if is_own(a) => constant(b),
+        Node::Binary(Binary::Add, a, b) if is_own(b) => constant(a),
+        Node::Binary(Binary::Sub, a, b) if is_own(a) => constant(b)?.checked_neg(),
+        _ => None,
+    }
 }
 
 fn chances(program: &Program, command: &Command) -> Chances {

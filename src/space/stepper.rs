@@ -2,10 +2,12 @@
 
 use smallvec::SmallVec;
 
-use super::guards::Candidate;
+use super::by_value::ByValue;
+use super::guards::{Candidate, Candidates};
 use super::layout::Layout;
+use super::local::Lists;
 use super::machine::Machine;
-use super::program::{Chances, Prepared, Ready, Update};
+use super::program::{Chances, NewValue, Prepared, Ready, Update};
 use meliora_base::error::{Error, Limit};
 use meliora_base::rounding::Sum;
 use meliora_base::value::EvalError;
@@ -74,6 +76,8 @@ pub struct Stepper<'a, const W: usize> {
     pub steps: Vec<[u64; W]>,
     /// The end of each choice in `steps`.
     pub ends: Vec<u32>,
+    /// For each factor, the candidates that are listed by valuations.
+    listed: Vec<Lists>,
     /// Room for lists that are not in use.
     spare: Vec<Vec<u32>>,
     /// The guards that were evaluated in the current state.
@@ -97,6 +101,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             rounded: false,
             steps: Vec::new(),
             ends: Vec::new(),
+            listed: prepared.factors.iter().map(|_| Lists::default()).collect(),
             spare: Vec::new(),
             guards: 0,
             active: Vec::new(),
@@ -299,20 +304,49 @@ impl<'a, const W: usize> Stepper<'a, W> {
         if self.factors[index].stamp == self.now {
             return Ok(self.factors[index]);
         }
-        let prepared = self.prepared;
         let start = self.enabled.len() as u32;
-        let candidates = &prepared.factors[index].candidates;
-        let mut room = self.spare.pop().unwrap_or_default();
-        for &at in candidates.by_value.find(&self.machine.regs, &mut room) {
-            self.test(&candidates.all[at as usize])?;
+        match &self.prepared.factors[index].candidates {
+            Candidates { all, by_value, valuations: None } => {
+                let mut room = self.spare.pop().unwrap_or_default();
+                for &at in by_value.find(&self.machine.regs, &mut room) {
+                    self.test(&all[at as usize])?;
+                }
+                self.spare.push(room);
+            }
+            Candidates { all, by_value, valuations: Some(valuations) } => {
+                let valuation = valuations.number(&self.machine.regs);
+                let list = match self.listed[index].of(valuation) {
+                    Some(list) => list,
+                    None => {
+                        let list = self.local(all, by_value)?;
+                        self.listed[index].add(valuation, valuations.count, &list)
+                    }
+                };
+                for place in list {
+                    let at = self.listed[index].candidate(place);
+                    self.test(&all[at as usize])?;
+                }
+            }
         }
-        self.spare.push(room);
         let found = Slice { stamp: self.now, start, end: self.enabled.len() as u32 };
         self.factors[index] = found;
         Ok(found)
     }
 
-    /// Adds a command to the enabled ones if its guard is true, after checking its probabilities.
+    /// Returns the positions of the candidates whose local parts are true.
+    fn local(&mut self, all: &[Candidate], by_value: &ByValue) -> Result<Vec<u32>, Broken> {
+        let (mut room, mut list) = (Vec::new(), Vec::new());
+        for &at in by_value.find(&self.machine.regs, &mut room) {
+            self.guards += 1;
+            let local = all[at as usize].local;
+            if local.map_or(Ok(true), |local| self.machine.run(&self.prepared.code, local.start))? {
+                list.push(at);
+            }
+        }
+        Ok(list)
+    }
+
+    /// Adds a command to the enabled ones if the other part of its guard is true, too, after checking its probabilities.
     #[inline]
     fn test(&mut self, candidate: &Candidate) -> Result<(), Broken> {
         let prepared = self.prepared;
@@ -373,14 +407,19 @@ impl<'a, const W: usize> Stepper<'a, W> {
     fn effect(&mut self, updates: &[Update]) -> Result<[u64; W], Broken> {
         let mut effect = [0; W];
         for update in updates {
-            if !update.is_given {
-                self.machine.run(&self.prepared.code, update.value.start)?;
-            }
-            let new = self.machine.regs[update.value.result as usize];
+            let old = self.machine.regs[update.variable];
+            let new = match update.value {
+                NewValue::Register(register) => self.machine.regs[register as usize],
+                NewValue::Shift(by) => old.checked_add(by).ok_or(Broken::Fault)?,
+                NewValue::Computed(entry) => {
+                    self.machine.run(&self.prepared.code, entry.start)?;
+                    self.machine.regs[entry.result as usize]
+                }
+            };
             if !update.field.holds(new) {
                 return Err(Broken::Fault);
             }
-            update.field.add(&mut effect, self.machine.regs[update.variable], new);
+            update.field.add(&mut effect, old, new);
         }
         Ok(effect)
     }

@@ -299,13 +299,14 @@ mod tests {
     use meliora_base::progress::NoProgress;
     use meliora_lang as lang;
 
-    fn same(model: &str) {
+    /// Compares all states that a first one reaches.
+    fn same(model: &str, first: &[i64]) {
         let read = |name, text: &str| SourceFile::new(name, text);
         let program = lang::load(&read("model", model), &read("constants", "")).unwrap().program;
         let (mut fractions, walker) = (Fractions::default(), Walker::new(&program, &NoProgress).unwrap());
         let codec = walker.codec().clone();
         let mut walk = walker.walk();
-        let (mut states, mut next) = (vec![vec![0; program.variables.len()]], 0);
+        let (mut states, mut next) = (vec![first.to_vec()], 0);
         let mut found = Steps::default();
         while next < states.len() {
             let state = states[next].clone();
@@ -339,9 +340,19 @@ mod tests {
         endmodule
         module n y:[0..2]; [a] y<2 -> 0.5:(y'=y+1) + 0.5:(y'=0); [a] y=0 -> (y'=2); [c] y=2 -> (y'=0); endmodule";
 
+    /// Long conditions over x and y, and others over b, some without a value where b=0.
+    const LOCAL: &str = "module m x:[0..3]; y:[0..3]; b:[0..5000];
+          [] b>0 & (x=0&y=0 | x=1&y=2 | x=2&y=3 | x=3&y=0) -> 1/2:(x'=mod(x+1,4))&(b'=b-1) + 1/2:(y'=mod(y+1,4))&(b'=b-1);
+          [] (x=0&y=0 | x=1&y=0 | x=2&y=3 | x=3&y>1) & b>0 & 6/b>1 -> (x'=3-x)&(y'=3-y)&(b'=b-1);
+          [] b>1 & 6/b>1 & (x=0&y=1 | x=1&y=1 | x=2&y=2 | x=3&y=1) -> (x'=y)&(b'=b-2);
+          [] b<5 & (x=0&y=3 | x=3&y=3 | x=1&y<2 | x=2&y=1) -> (b'=1+b);
+        endmodule";
+
     #[test]
     fn choices_and_probabilities_are_those_of_exact_steps() {
-        same(&format!("mdp {MODULES}"));
-        same(&format!("dtmc {MODULES}"));
+        same(&format!("mdp {LOCAL}"), &[0, 0, 5]);
+        same(&format!("dtmc {LOCAL}"), &[0, 0, 5]);
+        same(&format!("mdp {MODULES}"), &[0, 0]);
+        same(&format!("dtmc {MODULES}"), &[0, 0]);
     }
 }

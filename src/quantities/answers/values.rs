@@ -137,7 +137,7 @@ impl Values {
         starts: &[State],
         costs: &dyn Cost,
     ) -> Result<()> {
-        self.explore_from(analysis, program, costs, |explorer| {
+        self.explore_from(analysis, program, costs, |explorer, _| {
             let mut nodes = Vec::with_capacity(starts.len());
             for start in starts {
                 nodes.extend(explorer.start(start)?);
@@ -158,12 +158,15 @@ impl Values {
         program: &Program,
         costs: &dyn Cost,
     ) -> Result<()> {
-        self.explore_from(
-            analysis,
-            program,
-            costs,
-            |explorer| Ok((0..explorer.start_everywhere()?).collect()),
-        )
+        self.explore_from(analysis, program, costs, |explorer, facts| {
+            let mut nodes = Vec::new();
+            for (number, class) in (0..).zip(&facts.classes.list) {
+                for state in analysis.engine().list_states(&class.states, usize::MAX)? {
+                    nodes.push(explorer.start_in(number, &state)?);
+                }
+            }
+            Ok(nodes)
+        })
     }
 
     fn explore_from<E: Engine>(
@@ -171,7 +174,7 @@ impl Values {
         analysis: &Analysis<E>,
         program: &Program,
         costs: &dyn Cost,
-        start: impl FnOnce(&mut Explorer<'_, '_, E>) -> Result<Vec<u32>>,
+        start: impl FnOnce(&mut Explorer<'_, '_>, &Facts<'_, E>) -> Result<Vec<u32>>,
     ) -> Result<()> {
         if let Some(known) = cut(analysis).filter(|&known| known < self.options.levels) {
             let message =
@@ -182,7 +185,7 @@ impl Values {
         let mut meter = Meter::new(analysis.engine());
         let (graph, places) = (&mut self.graph, &mut self.places);
         let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
-        let starts = start(&mut explorer);
+        let starts = start(&mut explorer, &facts);
         let end = starts.and_then(|starts| {
             self.starts = starts;
             explorer.run()
@@ -194,13 +197,17 @@ impl Values {
 
     /// Computes all quantities. The results before an error are kept.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
-        let mut meter = Meter::new(engine);
+        self.solve_with(&mut Meter::new(engine))
+    }
+
+    /// Does the same with a meter. It does not depend on the engine, so it is compiled once.
+    fn solve_with(&mut self, meter: &mut Meter<'_>) -> Result<()> {
         meter.take(self.graph.bytes() + self.places.bytes())?;
         let (graph, levels) = (&self.graph, self.options.levels);
-        on!(&mut self.numbers, solved => solved.run(graph, levels, &mut meter))?;
+        on!(&mut self.numbers, solved => solved.run(graph, levels, meter))?;
         if let Some(steps) = self.options.within {
             let horizon = self.horizon.insert(Horizon::default());
-            horizon.run(graph, levels, steps, &self.starts, &mut meter)?;
+            horizon.run(graph, levels, steps, &self.starts, meter)?;
         }
         Ok(())
     }
@@ -215,15 +222,18 @@ impl Values {
         if self.graph.theirs.is_some() {
             return Ok(());
         }
+        self.decide_ties_with(&mut Meter::new(engine))
+    }
+
+    fn decide_ties_with(&mut self, meter: &mut Meter<'_>) -> Result<()> {
         let Numbers::Rounded(solved) = &mut self.numbers else { return Ok(()) };
-        let mut meter = Meter::new(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
         let costs = ties::costs(&mut self.graph);
         let new = &self.graph.fractions()[solved.fractions.len()..];
         solved.fractions.extend(new.iter().map(Interval::around));
         let Solved { fractions, probability, cost, .. } = solved;
         let solutions = Solutions { graph: &self.graph, fractions, costs, probability, cost };
-        self.ties = solutions.decide(&mut meter)?;
+        self.ties = solutions.decide(meter)?;
         Ok(())
     }
 

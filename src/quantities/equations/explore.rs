@@ -8,33 +8,27 @@ use bitvec::vec::BitVec;
 use num_traits::{One, Zero};
 
 use crate::equations::cost::Cost;
-use crate::equations::facts::{Facts, Numbers, Seen};
+use crate::equations::facts::{Known, Standing, Test};
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{Graph, Rank};
 use crate::equations::meter::Meter;
 use crate::equations::places::{Noted, Place, Places};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_engine::Engine;
-use meliora_engine::membership::{self, Membership};
 use meliora_model::State;
 use meliora_model::preference::Change;
 use meliora_space::index::Looked;
 use meliora_space::weighted::{Code, Codec, Steps, Walk, Walker};
 
 /// The exploration of a graph.
-pub(crate) struct Explorer<'a, 'm, E: Engine> {
-    facts: &'a Facts<'a, E>,
+pub(crate) struct Explorer<'a, 'm> {
+    facts: &'a dyn Known,
+    /// The tests of the arenas in which states were looked up.
+    in_arenas: Vec<Option<Test<'a>>>,
     costs: &'a dyn Cost,
     codec: Codec,
-    /// Looks states up in [`Facts::sets`]; `None` if these are too many.
-    marks: Option<Box<dyn Membership + 'a>>,
-    /// The numbers of the sets of each arena.
-    numbers: Vec<Numbers>,
     /// The number of the cost of every step, if all have the same.
     cost: Option<u32>,
-    /// The states in which the opponent of a game chooses.
-    theirs: Option<E::States>,
     graph: &'a mut Graph,
     places: &'a mut Places,
     /// The successors of a state, looked up in its arena.
@@ -42,46 +36,28 @@ pub(crate) struct Explorer<'a, 'm, E: Engine> {
     meter: &'a mut Meter<'m>,
 }
 
-/// The facts about a state that gets a node.
-#[derive(Clone, Copy)]
-struct Facing {
-    class: Option<u32>,
-    rank: Rank,
-    /// True if it is known that its arena keeps every choice.
-    unrestricted: bool,
-}
-
-impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
+impl<'a, 'm> Explorer<'a, 'm> {
     /// Starts to explore a graph.
     ///
     /// # Errors
     /// The states need more than 2048 bits; a limit is reached.
     pub(crate) fn new(
-        facts: &'a Facts<'a, E>,
+        facts: &'a dyn Known,
         costs: &'a dyn Cost,
         graph: &'a mut Graph,
         places: &'a mut Places,
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
-        let sets = facts.sets();
-        let marks = match sets.len() {
-            ..=membership::MOST => Some(facts.engine.membership(&sets)?),
-            _ => None,
-        };
-        let numbers = (0..facts.restricted.len() as u32).map(|arena| facts.numbers(arena)).collect();
-        let codec = Codec::new(facts.program)?;
-        *places = Places::new(codec.clone(), facts.improvement.arenas.len() as u32);
+        let codec = Codec::new(facts.program())?;
+        *places = Places::new(codec.clone(), facts.arenas() as u32);
         let cost = costs.constant().map(|cost| graph.fraction(cost));
-        let theirs = facts.engine.theirs();
-        graph.theirs = theirs.as_ref().map(|_| BitVec::new());
+        graph.theirs = facts.is_game().then(BitVec::new);
         Ok(Explorer {
             facts,
+            in_arenas: (0..facts.arenas()).map(|_| None).collect(),
             costs,
             codec,
-            marks,
-            numbers,
             cost,
-            theirs,
             graph,
             places,
             looked: Looked::default(),
@@ -92,65 +68,47 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     /// Adds the node of a state in its own arena; `None` for states without a class: unsafe states
     /// have no values.
     pub(crate) fn start(&mut self, state: &State) -> Result<Option<u32>> {
-        let seen = self.seen(state)?;
-        let class = self.facts.class(seen, None)?;
-        if class.is_none() {
-            return Ok(None);
+        match self.facts.class(state)? {
+            Some(class) => self.start_in(class, state).map(Some),
+            None => Ok(None),
         }
+    }
+
+    /// Does the same as [`Explorer::start`] for a state of a class.
+    pub(crate) fn start_in(&mut self, class: u32, state: &State) -> Result<u32> {
+        let place = Place::of(self.facts.arena_of(Some(class)));
+        let standing = Standing { class: Some(class), ..self.standing(place.arena, state)? };
         let code = self.codec.known(state)?;
-        self.enter(Place::of(self.facts.arena_of(class)), &code, seen, class).map(Some)
+        self.enter(place, &code, state, standing)
     }
 
-    /// Does the same as [`Explorer::start`] for all states with a class. Returns the number of nodes.
-    pub(crate) fn start_everywhere(&mut self) -> Result<u32> {
-        for class in &self.facts.classes.list {
-            for state in self.facts.engine.list_states(&class.states, usize::MAX)? {
-                self.start(&state)?;
-            }
+    /// Returns the node of a state, which is added if it is new. `standing` is what the arena of the place knows about it.
+    fn enter(&mut self, place: Place, code: &[u64], state: &[i64], standing: Standing) -> Result<u32> {
+        if let Some(known) = self.places.find_code(place, code) {
+            return Ok(known);
         }
-        self.meter.number(self.graph.nodes())
-    }
-
-    /// Adds the node of a state that is not known.
-    fn add(&mut self, place: Place, code: &[u64], facing: Facing) -> Result<u32> {
-        let Facing { class, rank, unrestricted } = facing;
-        let node = self.graph.add_node(rank, place.junction, self.meter)?;
-        let own = place.arena == self.facts.arena_of(class);
-        self.places.add(place, code, Noted { class, own, unrestricted }, self.meter)?;
-        Ok(node)
-    }
-
-    /// Returns the node of a state, which is added if it is new.
-    fn enter(&mut self, place: Place, code: &[u64], seen: Seen<'_>, class: Option<u32>) -> Result<u32> {
-        match self.places.find_code(place, code) {
-            Some(known) => Ok(known),
-            None => self.add(place, code, self.facing(place, seen, class)?),
-        }
-    }
-
-    /// Looks a state up.
-    fn seen<'s>(&self, state: &'s [i64]) -> Result<Seen<'s>> {
-        let marks = self.marks.as_ref().map(|marks| marks.of(state)).transpose()?;
-        Ok(Seen { state, marks })
-    }
-
-    fn rank(&self, arena: Option<u32>, seen: Seen<'_>) -> Result<Rank> {
-        self.facts.rank(arena.map(|arena| self.numbers[arena as usize]), seen)
-    }
-
-    /// Returns the facts about a state of a class that gets a node.
-    fn facing(&self, place: Place, seen: Seen<'_>, class: Option<u32>) -> Result<Facing> {
-        let mut rank = self.rank(place.arena, seen)?;
+        let Standing { class, mut rank, unrestricted } = standing;
+        let own = self.facts.arena_of(class);
         if place.junction {
-            let counted = self.rank(self.facts.arena_of(class), seen)?;
+            let counted = self.standing(own, state)?.rank;
             let more = |k: u32| k.saturating_add(1);
             let positive = rank.positive.max(more(counted.positive));
             rank = Rank { positive, sure: rank.sure.max(more(counted.sure)) };
         }
-        let restricted =
-            |(arena, marks): (u32, u64)| marks >> self.numbers[arena as usize].restricted & 1 == 1;
-        let unrestricted = place.arena.zip(seen.marks).is_some_and(|known| !restricted(known));
-        Ok(Facing { class, rank, unrestricted })
+        let node = self.graph.add_node(rank, place.junction, self.meter)?;
+        let noted = Noted { class, own: place.arena == own, unrestricted };
+        self.places.add(place, code, noted, self.meter)?;
+        Ok(node)
+    }
+
+    /// Returns what an arena knows about a state; nothing is known outside of all arenas.
+    fn standing(&mut self, arena: Option<u32>, state: &[i64]) -> Result<Standing> {
+        let Some(arena) = arena.map(|arena| arena as usize) else { return Ok(Standing::default()) };
+        let test = match &mut self.in_arenas[arena] {
+            Some(test) => test,
+            unknown => unknown.insert(self.facts.in_arena(arena)?),
+        };
+        test.standing(state)
     }
 
     /// Explores all nodes that the nodes so far reach.
@@ -158,7 +116,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
     /// # Errors
     /// A limit is reached, or a command or a cost has no meaning in some state.
     pub(crate) fn run(&mut self) -> Result<()> {
-        let walker = Walker::new(self.facts.program, &*self.facts.engine.settings().sink)?;
+        let walker = Walker::new(self.facts.program(), self.facts.sink())?;
         let (mut walk, mut steps, mut next) = (walker.walk(), Steps::default(), 0);
         while next < self.graph.nodes() {
             let nodes = self.graph.nodes();
@@ -187,7 +145,8 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         let state = self.codec.decode(code);
         let (sure, free) = (self.graph.fraction(Ratio::one()), self.graph.fraction(Ratio::zero()));
         for (position, (arena, counts)) in (0..).zip([(own, true), (arena, false)]) {
-            let to = self.enter(Place::of(arena), code, self.seen(&state)?, class)?;
+            let standing = Standing { class, ..self.standing(arena, &state)? };
+            let to = self.enter(Place::of(arena), code, &state, standing)?;
             self.graph.add_choice(position, free);
             self.graph.add_edge(Edge::new(to, sure, counts));
         }
@@ -204,20 +163,14 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         steps: &mut Steps,
     ) -> Result<()> {
         let (facts, Some(index)) = (self.facts, number.map(|number| number as usize)) else { return Ok(()) };
-        let (arena, restricted) = (&facts.improvement.arenas[index], &facts.restricted[index]);
-        let reference = match arena.reference {
-            Some(class) => Some(class as u32),
-            None => self.places.class(node),
-        };
-        let free = self.places.unrestricted[node as usize];
+        let reference = facts.reference(index).or_else(|| self.places.class(node));
+        let unrestricted = self.places.unrestricted[node as usize];
         // The code says all unless choices are tested, have costs of their own, or have owners.
-        let is_plain = free && self.cost.is_some() && self.theirs.is_none();
+        let is_plain = unrestricted && self.cost.is_some() && !facts.is_game();
         let state = if is_plain { State::new() } else { self.codec.decode(code) };
-        if let Some(theirs) = &self.theirs {
-            self.graph.set_owner(node, facts.engine.contains(theirs, &state)?);
+        if facts.is_game() {
+            self.graph.set_owner(node, facts.is_theirs(&state)?);
         }
-        // One test of the state in place of one per choice.
-        let unrestricted = free || !facts.engine.contains(restricted, &state)?;
         walk.steps(code, &mut self.graph.game.fractions, steps)?;
         self.places.look(Place::of(number), steps, &mut self.looked);
         let mut next = 0;
@@ -225,7 +178,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             let first = next;
             next += steps.weights(position).len();
             let taken = || walk.taken(position);
-            if !unrestricted && !facts.engine.contains_choice(&arena.choices, &state, &taken().choice)? {
+            if !unrestricted && !facts.keeps(index, &state, &taken().choice)? {
                 continue;
             }
             let cost = match self.cost {
@@ -253,7 +206,7 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
         known: Option<u32>,
     ) -> Result<(u32, bool)> {
         let facts = self.facts;
-        let keeps_reference = facts.improvement.safety.has_reference();
+        let keeps_reference = facts.has_reference();
         let known = known.map(|node| (node, self.places.class(node)));
         if let Some((node, class)) = known {
             match facts.change(reference, class) {
@@ -263,17 +216,13 @@ impl<'a, 'm, E: Engine> Explorer<'a, 'm, E> {
             }
         }
         let state = self.codec.decode(code);
-        let seen = self.seen(&state)?;
-        let class = match known {
-            Some((_, class)) => class,
-            None => facts.class(seen, reference)?,
-        };
-        let change = facts.change(reference, class);
+        let standing = self.standing(arena, &state)?;
+        let change = facts.change(reference, standing.class);
         let improves = change == Change::Improving;
         let junction = keeps_reference && improves;
         let to = match change {
             Change::Weakening => LOST,
-            _ => self.enter(Place { arena, junction }, code, seen, class)?,
+            _ => self.enter(Place { arena, junction }, code, &state, standing)?,
         };
         Ok((to, improves && !keeps_reference))
     }

@@ -1,19 +1,25 @@
 //! The facts about states that an analysis knows: their classes and the levels that contain them.
 
+use smallvec::SmallVec;
+
 use crate::equations::graph::{EVERY, Rank};
 use meliora_base::error::{Error, Result};
+use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
+use meliora_engine::membership::{self, Membership};
 use meliora_model::Program;
 use meliora_model::preference::Change;
+use meliora_model::step::Choice;
 use meliora_planning::improvement::Arena;
+use meliora_planning::levels::Game;
 use meliora_planning::{Analysis, Classes, Improvement, Kind, Levels, Safety};
 
 /// The results of an analysis that the graph needs.
 pub(crate) struct Facts<'a, E: Engine> {
-    pub(crate) engine: &'a E,
-    pub(crate) program: &'a Program,
+    engine: &'a E,
+    program: &'a Program,
     pub(crate) classes: &'a Classes<E>,
-    pub(crate) improvement: &'a Improvement<E>,
+    improvement: &'a Improvement<E>,
     spi: &'a Levels<E>,
     /// The SASI levels.
     sasi: &'a Levels<E>,
@@ -21,23 +27,105 @@ pub(crate) struct Facts<'a, E: Engine> {
     strict: Option<Levels<E>>,
     /// The states of which each arena does not keep all choices that the program lists: the safety
     /// mode or the requirements forbid some.
-    pub(crate) restricted: Vec<E::States>,
+    restricted: Vec<E::States>,
+    /// The states in which the opponent of a game chooses.
+    theirs: Option<E::States>,
 }
 
-/// A state, with the sets of [`Facts::sets`] that contain it, if they are not too many.
-#[derive(Clone, Copy)]
-pub(crate) struct Seen<'s> {
-    pub(crate) state: &'s [i64],
-    pub(crate) marks: Option<u64>,
+/// A test for membership in any number of sets.
+struct Joined<'e>(Vec<Box<dyn Membership + 'e>>);
+
+impl<'e> Joined<'e> {
+    fn new<E: Engine>(engine: &'e E, sets: &[&E::States]) -> Result<Self> {
+        sets.chunks(membership::MOST).map(|sets| engine.membership(sets)).collect::<Result<_>>().map(Joined)
+    }
+
+    /// Returns the sets that contain a state: bit i % 64 of word i / 64 for set i.
+    fn of(&self, state: &[i64]) -> Result<SmallVec<[u64; 1]>> {
+        self.0.iter().map(|sets| sets.of(state)).collect()
+    }
 }
 
-/// The numbers of the sets of an arena among [`Facts::sets`]: first its restricted states, then its levels
-/// of SPI and of SASI, each with the fixpoint first.
+/// The class of a state, and what an arena knows about it.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Standing {
+    pub(crate) class: Option<u32>,
+    pub(crate) rank: Rank,
+    /// True if the arena keeps every choice.
+    pub(crate) unrestricted: bool,
+}
+
+/// The levels of one kind that count in an arena. Their sets are nested.
 #[derive(Clone, Copy)]
-pub(crate) struct Numbers {
-    arena: u32,
-    pub(crate) restricted: usize,
-    levels: [usize; 2],
+struct Ladder {
+    has_fixpoint: bool,
+    levels: usize,
+}
+
+/// The test of the states of an arena for membership in the classes, in its restricted states, and in its levels of SPI and
+/// of SASI, each with the fixpoint first.
+pub(crate) struct Test<'e> {
+    sets: Joined<'e>,
+    classes: usize,
+    ladders: [Ladder; 2],
+}
+
+impl Test<'_> {
+    /// Returns the class of a state, and what the arena knows about it. Cost: one membership test.
+    pub(crate) fn standing(&self, state: &[i64]) -> Result<Standing> {
+        let marks = self.sets.of(state)?;
+        let has = |set: usize| marks[set / membership::MOST] >> (set % membership::MOST) & 1 == 1;
+        let class = (0..self.classes).find(|&class| has(class)).map(|class| class as u32);
+        let unrestricted = !has(self.classes);
+        let mut first = self.classes + 1;
+        let [positive, sure] = self.ladders.map(|Ladder { has_fixpoint, levels }| {
+            let own = first + usize::from(has_fixpoint)..first + usize::from(has_fixpoint) + levels;
+            let is_endless = has_fixpoint && has(first);
+            first = own.end;
+            if is_endless { EVERY } else { own.take_while(|&level| has(level)).count() as u32 }
+        });
+        Ok(Standing { class, rank: Rank { positive, sure }, unrestricted })
+    }
+}
+
+/// The questions of an exploration about states. They hide the engine, so that the exploration is compiled once.
+pub(crate) trait Known {
+    fn program(&self) -> &Program;
+
+    fn sink(&self) -> &dyn ProgressSink;
+
+    /// Returns the number of arenas.
+    fn arenas(&self) -> usize;
+
+    /// Returns the class with which the states of an arena are compared; `None` for their own ones.
+    fn reference(&self, arena: usize) -> Option<u32>;
+
+    /// Returns whether states are compared with those where planning started.
+    fn has_reference(&self) -> bool;
+
+    /// Returns the arena of the states of a class; see [`Improvement::arena_of`].
+    fn arena_of(&self, class: Option<u32>) -> Option<u32>;
+
+    /// Returns the effect of a step between two classes; see [`Classes::change`].
+    fn change(&self, from: Option<u32>, to: Option<u32>) -> Change;
+
+    /// Returns the class of a state. Cost: one membership test per class.
+    fn class(&self, state: &[i64]) -> Result<Option<u32>>;
+
+    /// Returns the test of the states of an arena.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    fn in_arena(&self, arena: usize) -> Result<Test<'_>>;
+
+    /// Returns whether an arena keeps a choice of a state.
+    fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool>;
+
+    /// Returns whether the model is a game.
+    fn is_game(&self) -> bool;
+
+    /// Returns whether the opponent chooses in a state of a game.
+    fn is_theirs(&self, state: &[i64]) -> Result<bool>;
 }
 
 impl<'a, E: Engine> Facts<'a, E> {
@@ -62,8 +150,9 @@ impl<'a, E: Engine> Facts<'a, E> {
             while sure.advance(engine, classes, &action, Some(levels))? {}
         }
         let restricted = |arena: &Arena<E>| analysis.partly_in(&arena.choices);
-        let restricted = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
-        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, restricted })
+        let restricted: Vec<_> = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
+        let theirs = engine.theirs();
+        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, restricted, theirs })
     }
 
     /// Returns the levels where P_k = 1.
@@ -71,97 +160,68 @@ impl<'a, E: Engine> Facts<'a, E> {
         self.strict.as_ref().unwrap_or(self.sasi)
     }
 
-    /// Returns the effect of a step between two classes; see [`Classes::change`].
-    pub(crate) fn change(&self, from: Option<u32>, to: Option<u32>) -> Change {
-        self.classes.change(from.map(|from| from as usize), to.map(|to| to as usize))
+    /// Adds the sets of the levels that count in an arena.
+    fn add_levels<'s>(levels: &'s Levels<E>, arena: usize, sets: &mut Vec<&'s E::States>) -> Ladder {
+        let of = |game: &'s Game<E>| &game.states;
+        let fixpoint = levels.unbounded().and_then(|level| level.games.get(arena)).map(of);
+        let has_fixpoint = fixpoint.is_some();
+        sets.extend(fixpoint);
+        let before = sets.len();
+        sets.extend(levels.found.iter().filter_map(|level| level.games.get(arena)).map(of));
+        Ladder { has_fixpoint, levels: sets.len() - before }
+    }
+}
+
+impl<E: Engine> Known for Facts<'_, E> {
+    fn program(&self) -> &Program {
+        self.program
     }
 
-    /// Returns the sets in which states are looked up: the classes, and for each arena its restricted
-    /// states and the states of its levels.
-    pub(crate) fn sets(&self) -> Vec<&E::States> {
-        let mut sets: Vec<&E::States> = self.classes.list.iter().map(|class| &class.states).collect();
-        for (arena, restricted) in self.restricted.iter().enumerate() {
-            sets.push(restricted);
-            for levels in [self.spi, self.sasi()] {
-                let all = levels.unbounded().into_iter().chain(&levels.found);
-                sets.extend(all.filter_map(|level| level.games.get(arena)).map(|game| &game.states));
-            }
-        }
-        sets
+    fn sink(&self) -> &dyn ProgressSink {
+        &*self.engine.settings().sink
     }
 
-    /// Returns the numbers of the sets of an arena among [`Facts::sets`].
-    pub(crate) fn numbers(&self, arena: u32) -> Numbers {
-        let of = |levels: &Levels<E>, arena: usize| {
-            let all = levels.unbounded().into_iter().chain(&levels.found);
-            all.filter(|level| level.games.get(arena).is_some()).count()
-        };
-        let [spi, sasi] = [self.spi, self.sasi()];
-        let before = (0..arena as usize).map(|arena| 1 + of(spi, arena) + of(sasi, arena)).sum::<usize>();
-        let restricted = self.classes.list.len() + before;
-        let first = restricted + 1;
-        Numbers { arena, restricted, levels: [first, first + of(spi, arena as usize)] }
+    fn arenas(&self) -> usize {
+        self.improvement.arenas.len()
     }
 
-    /// Returns whether a set contains a state.
-    fn contains(&self, number: usize, set: &E::States, seen: Seen<'_>) -> Result<bool> {
-        match seen.marks {
-            Some(marks) => Ok(marks >> number & 1 == 1),
-            None => self.engine.contains(set, seen.state),
-        }
+    fn reference(&self, arena: usize) -> Option<u32> {
+        self.improvement.arenas[arena].reference.map(|class| class as u32)
     }
 
-    /// Returns the number of levels that contain a state in an arena, or [`EVERY`]; `first` is the number of
-    /// their first set.
-    fn rank_in(&self, first: usize, levels: &Levels<E>, arena: u32, seen: Seen<'_>) -> Result<u32> {
-        let all = levels.unbounded().into_iter().chain(&levels.found);
-        let games = all.map(|level| level.games.get(arena as usize));
-        let (mut number, mut rank) = (first, 0);
-        for (position, game) in games.enumerate() {
-            let is_fixpoint = position == 0 && levels.unbounded().is_some();
-            let holds = match game {
-                Some(game) => self.contains(number, &game.states, seen)?,
-                None => false,
-            };
-            number += usize::from(game.is_some());
-            match (is_fixpoint, holds) {
-                (true, true) => return Ok(EVERY),
-                (true, false) => {}
-                (false, true) => rank += 1,
-                (false, false) => break,
-            }
-        }
-        Ok(rank)
+    fn has_reference(&self) -> bool {
+        self.improvement.safety.has_reference()
     }
 
-    /// Returns what the levels say about a state in an arena.
-    pub(crate) fn rank(&self, numbers: Option<Numbers>, seen: Seen<'_>) -> Result<Rank> {
-        let Some(Numbers { arena, levels: [spi, sasi], .. }) = numbers else { return Ok(Rank::default()) };
-        let positive = self.rank_in(spi, self.spi, arena, seen)?;
-        // W_k of SASI is a subset of W_k of SPI.
-        let sure = if positive == 0 { 0 } else { self.rank_in(sasi, self.sasi(), arena, seen)? };
-        Ok(Rank { positive, sure })
-    }
-
-    /// Returns the arena of the states of a class; see [`Improvement::arena_of`].
-    pub(crate) fn arena_of(&self, class: Option<u32>) -> Option<u32> {
+    fn arena_of(&self, class: Option<u32>) -> Option<u32> {
         let arena = self.improvement.arena_of(class.map(|class| class as usize));
         arena.map(|arena| arena as u32)
     }
 
-    /// Returns the class of a state; `guess` is tested first.
-    pub(crate) fn class(&self, seen: Seen<'_>, guess: Option<u32>) -> Result<Option<u32>> {
-        if let Some(class) = guess
-            && self.contains(class as usize, &self.classes.list[class as usize].states, seen)?
-        {
-            return Ok(guess);
-        }
-        let class = match seen.marks {
-            Some(marks) => {
-                Some(marks.trailing_zeros() as usize).filter(|&class| class < self.classes.list.len())
-            }
-            None => self.classes.of(self.engine, seen.state)?,
-        };
-        Ok(class.map(|class| class as u32))
+    fn change(&self, from: Option<u32>, to: Option<u32>) -> Change {
+        self.classes.change(from.map(|from| from as usize), to.map(|to| to as usize))
+    }
+
+    fn class(&self, state: &[i64]) -> Result<Option<u32>> {
+        Ok(self.classes.of(self.engine, state)?.map(|class| class as u32))
+    }
+
+    fn in_arena(&self, arena: usize) -> Result<Test<'_>> {
+        let mut sets: Vec<_> = self.classes.list.iter().map(|class| &class.states).collect();
+        sets.push(&self.restricted[arena]);
+        let ladders = [self.spi, self.sasi()].map(|levels| Self::add_levels(levels, arena, &mut sets));
+        Ok(Test { sets: Joined::new(self.engine, &sets)?, classes: self.classes.list.len(), ladders })
+    }
+
+    fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool> {
+        self.engine.contains_choice(&self.improvement.arenas[arena].choices, state, choice)
+    }
+
+    fn is_game(&self) -> bool {
+        self.theirs.is_some()
+    }
+
+    fn is_theirs(&self, state: &[i64]) -> Result<bool> {
+        self.theirs.as_ref().map_or(Ok(false), |theirs| self.engine.contains(theirs, state))
     }
 }

@@ -103,6 +103,11 @@ impl Graph {
         self.kinds[self.kind_of.get(node as usize) as usize].rank
     }
 
+    /// Returns whether some node may have such a rank. Cost: linear in the number of different ranks.
+    pub(crate) fn has_rank(&self, is_such: impl Fn(Rank) -> bool) -> bool {
+        self.kinds.iter().any(|kind| is_such(kind.rank))
+    }
+
     /// Returns whether a node is a junction.
     pub(crate) fn is_junction(&self, node: u32) -> bool {
         self.kinds[self.kind_of.get(node as usize) as usize].junction

@@ -1,8 +1,9 @@
 //! Lists of small numbers in as few bytes as the greatest of them needs.
 
-/// A list of numbers of 32 bits. All have the width of the greatest one: one, two or four bytes.
+/// A list of numbers of 32 bits. All have the width of the greatest one: one, two or four bytes, or none if all are equal.
 #[derive(Debug)]
 pub(crate) enum Narrow {
+    Same { number: u32, count: usize },
     Bytes(Vec<u8>),
     Shorts(Vec<u16>),
     Words(Vec<u32>),
@@ -10,7 +11,7 @@ pub(crate) enum Narrow {
 
 impl Default for Narrow {
     fn default() -> Self {
-        Narrow::Bytes(Vec::new())
+        Narrow::Same { number: 0, count: 0 }
     }
 }
 
@@ -19,6 +20,7 @@ impl Narrow {
     #[inline]
     pub(crate) fn get(&self, position: usize) -> u32 {
         match self {
+            Narrow::Same { number, .. } => *number,
             Narrow::Bytes(list) => u32::from(list[position]),
             Narrow::Shorts(list) => u32::from(list[position]),
             Narrow::Words(list) => list[position],
@@ -29,6 +31,7 @@ impl Narrow {
     pub(crate) fn push(&mut self, number: u32) {
         self.widen(number);
         match self {
+            Narrow::Same { number: same, count } => (*same, *count) = (number, *count + 1),
             Narrow::Bytes(list) => list.push(number as u8),
             Narrow::Shorts(list) => list.push(number as u16),
             Narrow::Words(list) => list.push(number),
@@ -38,6 +41,14 @@ impl Narrow {
     /// Widens all numbers if one does not fit that is to be stored.
     fn widen(&mut self, number: u32) {
         *self = match self {
+            Narrow::Same { number: same, count } if *count > 0 && *same != number => {
+                let greatest = number.max(*same);
+                match (u8::try_from(greatest), u16::try_from(greatest)) {
+                    (Ok(_), _) => Narrow::Bytes(vec![*same as u8; *count]),
+                    (_, Ok(_)) => Narrow::Shorts(vec![*same as u16; *count]),
+                    _ => Narrow::Words(vec![*same; *count]),
+                }
+            }
             Narrow::Bytes(list) if number > u32::from(u16::MAX) => {
                 Narrow::Words(list.iter().map(|&x| u32::from(x)).collect())
             }
@@ -54,6 +65,7 @@ impl Narrow {
     /// Returns the number of numbers.
     pub(crate) fn len(&self) -> usize {
         match self {
+            Narrow::Same { count, .. } => *count,
             Narrow::Bytes(list) => list.len(),
             Narrow::Shorts(list) => list.len(),
             Narrow::Words(list) => list.len(),
@@ -63,6 +75,7 @@ impl Narrow {
     /// Returns the bytes of a number.
     pub(crate) fn width(&self) -> usize {
         match self {
+            Narrow::Same { .. } => 0,
             Narrow::Bytes(_) => 1,
             Narrow::Shorts(_) => 2,
             Narrow::Words(_) => 4,
@@ -74,12 +87,22 @@ impl Narrow {
 mod tests {
     use super::*;
 
+    /// Checks the numbers of a list after each of them is added, and the width at the end.
+    fn keeps(wanted: &[u32], width: usize) {
+        let mut list = Narrow::default();
+        for (count, &number) in (1..).zip(wanted) {
+            list.push(number);
+            assert_eq!(wanted[..count], (0..list.len()).map(|i| list.get(i)).collect::<Vec<_>>());
+        }
+        assert_eq!(list.width(), width);
+    }
+
     #[test]
     fn numbers_keep_their_values_when_the_list_is_widened() {
-        let wanted = [0, 255, 256, 7, 65_535, 65_536, u32::MAX, 1];
-        let mut list = Narrow::default();
-        wanted.iter().for_each(|&number| list.push(number));
-        assert_eq!(wanted.to_vec(), (0..8).map(|i| list.get(i)).collect::<Vec<_>>());
-        assert_eq!(list.width(), 4);
+        keeps(&[7, 7, 7], 0);
+        keeps(&[7, 7, 8], 1);
+        keeps(&[300, 300, 7], 2);
+        keeps(&[0, 0, 65_536, 1], 4);
+        keeps(&[0, 255, 256, 7, 65_535, 65_536, u32::MAX, 1], 4);
     }
 }

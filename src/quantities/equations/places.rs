@@ -40,7 +40,7 @@ pub(crate) struct Noted {
     pub(crate) class: Option<u32>,
     /// True if its arena is that of this class.
     pub(crate) own: bool,
-    /// True if it is known that its arena keeps every choice.
+    /// True if its arena keeps every choice.
     pub(crate) unrestricted: bool,
 }
 
@@ -55,7 +55,7 @@ pub(crate) struct Places {
     classes: Narrow,
     /// True for each node whose arena is that of its state's own class.
     pub(crate) own: BitVec,
-    /// True for each node of which it is known that its arena keeps every choice.
+    /// True for each node whose arena keeps every choice of its state.
     pub(crate) unrestricted: BitVec,
     /// The number of arenas.
     pub(crate) arenas: u32,

@@ -30,8 +30,8 @@ pub(crate) enum Rest<N> {
 
 impl<N: Number> Rest<N> {
     /// Returns the value 1 for some nodes, and 0 for all others.
-    pub(crate) fn ones(nodes: usize, is_one: &dyn Fn(u32) -> bool) -> Self {
-        Rest::Marked { zero: N::zero(), one: N::one(), ones: Members::new(nodes, is_one) }
+    pub(crate) fn ones(ones: Members) -> Self {
+        Rest::Marked { zero: N::zero(), one: N::one(), ones }
     }
 }
 
@@ -40,16 +40,9 @@ impl<N: Number> Solution<N> {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(crate) fn new(
-        nodes: usize,
-        is_open: impl Fn(u32) -> bool,
-        rest: Rest<N>,
-        meter: &mut Meter<'_>,
-    ) -> Result<Self> {
-        meter.take(nodes / 4)?;
-        let open = Members::new(nodes, &is_open);
+    pub(crate) fn new(open: Members, rest: Rest<N>, meter: &mut Meter<'_>) -> Result<Self> {
         let count = open.count();
-        meter.take(count * (N::BYTES + 5))?;
+        meter.take(16 * open.words.len() + count * (N::BYTES + 5))?;
         let (values, known, picks) = (vec![N::zero(); count], vec![false; count], vec![NONE; count]);
         Ok(Solution { open, rest, values, known, picks })
     }
@@ -124,7 +117,14 @@ pub(crate) struct Members {
 }
 
 impl Members {
-    fn new(nodes: usize, is_member: impl Fn(u32) -> bool) -> Self {
+    /// Returns no node of some.
+    pub(crate) fn none(nodes: usize) -> Self {
+        let words = nodes.div_ceil(64);
+        Members { words: vec![0; words], before: vec![0; words] }
+    }
+
+    /// Returns some nodes.
+    pub(crate) fn new(nodes: usize, is_member: impl Fn(u32) -> bool) -> Self {
         let mut members = Members { words: vec![0; nodes.div_ceil(64)], before: Vec::new() };
         for node in (0..nodes as u32).filter(|&node| is_member(node)) {
             members.words[node as usize / 64] |= 1 << (node % 64);

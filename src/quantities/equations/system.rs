@@ -8,11 +8,11 @@ use std::fmt;
 use bitvec::vec::BitVec;
 
 use crate::equations::game_graph::{Edge, Extremes, GameGraph, LOST, Rewards};
-use crate::equations::graph::Graph;
+use crate::equations::graph::{Graph, Rank};
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
 use crate::equations::number::{Interval, Number};
-use crate::equations::solution::{Rest, Solution};
+use crate::equations::solution::{Members, Rest, Solution};
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_model::Optimum;
@@ -109,6 +109,7 @@ pub(crate) struct Sets {
 }
 
 /// The nodes that have equations.
+#[derive(Clone, Copy)]
 pub(crate) enum Domain<'a> {
     /// By the ranks of a graph.
     Ranks(&'a Graph),
@@ -142,6 +143,8 @@ pub(crate) struct System<'a, N> {
     pub(crate) candidates: Option<&'a Candidates>,
     /// The side of a game that does not choose any more.
     pub(crate) fixed: Option<&'a Fixed>,
+    /// The choices of open nodes that may be taken, once they are found.
+    pub(crate) found: Option<&'a BitVec>,
     pub(crate) one: N,
 }
 
@@ -177,6 +180,7 @@ impl<'a, N: Number> System<'a, N> {
             only: None,
             candidates: None,
             fixed: None,
+            found: None,
             one: N::one(),
         }
     }
@@ -196,8 +200,36 @@ impl<'a, N: Number> System<'a, N> {
             None => Gains { numbers: None, exact: &[], values: &[] },
         };
         let (domain, below, closed) = (Domain::Sets(sets), None, None);
-        let (only, candidates, fixed, one) = (None, None, None, N::one());
-        System { game, quantity, goal, domain, gains, below, closed, fractions, only, candidates, fixed, one }
+        let (only, candidates, fixed, found, one) = (None, None, None, None, N::one());
+        System {
+            game,
+            quantity,
+            goal,
+            domain,
+            gains,
+            below,
+            closed,
+            fractions,
+            only,
+            candidates,
+            fixed,
+            found,
+            one,
+        }
+    }
+
+    /// Returns the choices of open nodes that may be taken. Cost: linear.
+    pub(crate) fn permitted(&self) -> BitVec {
+        let mut permitted = BitVec::repeat(false, self.game.choices_in_all());
+        for node in (0..self.game.states() as u32).filter(|&node| self.is_open(node)) {
+            self.game.choices(node).for_each(|choice| permitted.set(choice as usize, self.permits(choice)));
+        }
+        permitted
+    }
+
+    /// Returns the same system, which looks up [`System::permitted`] choices.
+    pub(crate) fn with_found<'b>(&'b self, found: &'b BitVec) -> System<'b, N> {
+        System { gains: Gains { ..self.gains }, found: Some(found), one: self.one.clone(), ..*self }
     }
 
     /// Fixes the choices of a side.
@@ -225,11 +257,14 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns whether a node has an equation: for others, the value follows from the rank, or there
     /// is none.
     pub(crate) fn is_open(&self, node: u32) -> bool {
-        let graph = match self.domain {
-            Domain::Sets(sets) => return sets.open[node as usize],
-            Domain::Ranks(graph) => graph,
-        };
-        let rank = graph.rank(node);
+        match self.domain {
+            Domain::Sets(sets) => sets.open[node as usize],
+            Domain::Ranks(graph) => self.opens(graph.rank(node)),
+        }
+    }
+
+    /// Returns whether nodes of a rank have equations.
+    fn opens(&self, rank: Rank) -> bool {
         match self.quantity {
             Quantity::Probability(k) => rank.positive >= k && rank.sure < k,
             Quantity::Number => rank.positive > u32::from(self.closed.is_some()),
@@ -242,6 +277,9 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns whether a choice may be taken: one of the candidates, if there are some; else one of a side that is not
     /// fixed, or that this side takes, and for costs one with which the improvements stay certain.
     pub(crate) fn permits(&self, choice: u32) -> bool {
+        if let Some(found) = self.found {
+            return found[choice as usize];
+        }
         if let Some(candidates) = self.candidates {
             return candidates.choices[choice as usize];
         }
@@ -335,22 +373,24 @@ impl<'a, N: Number> System<'a, N> {
 
     /// Creates a solution that contains only the facts.
     pub(crate) fn start(&self, meter: &mut Meter<'_>) -> Result<Solution<N>> {
-        let is_open = |node: u32| self.is_open(node);
         let nodes = self.game.states();
         match self.domain {
             Domain::Sets(sets) => {
-                Solution::new(nodes, is_open, Rest::ones(nodes, &|node| sets.ones[node as usize]), meter)
+                let rest = Rest::ones(Members::new(nodes, |node| sets.ones[node as usize]));
+                Solution::new(Members::new(nodes, |node| sets.open[node as usize]), rest, meter)
             }
             Domain::Ranks(graph) => {
-                let is_one = |node: u32| match self.quantity {
-                    Quantity::Probability(k) => graph.rank(node).sure >= k,
-                    _ => false,
+                // Most levels of a large graph have few ranks.
+                let of_rank = |is_such: &dyn Fn(Rank) -> bool| match graph.has_rank(is_such) {
+                    true => Members::new(nodes, |node| is_such(graph.rank(node))),
+                    false => Members::none(nodes),
                 };
                 let rest = match self.quantity {
                     Quantity::Cost(_) | Quantity::Reward => Rest::Unknown,
-                    _ => Rest::ones(nodes, &is_one),
+                    Quantity::Probability(k) => Rest::ones(of_rank(&|rank| rank.sure >= k)),
+                    Quantity::Number | Quantity::Steps(_) => Rest::ones(Members::none(nodes)),
                 };
-                Solution::new(nodes, is_open, rest, meter)
+                Solution::new(of_rank(&|rank| self.opens(rank)), rest, meter)
             }
         }
     }

@@ -19,7 +19,7 @@ use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop};
 use crate::equations::number::{Interval, Number};
-use crate::equations::solution::{Rest, Solution};
+use crate::equations::solution::{Members, Rest, Solution};
 use crate::equations::system::{Quantity, Sets, System};
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
@@ -100,7 +100,8 @@ fn reached<N: Number>(
     let sides = Sides::new(&extended.choices, &all, &permitted, meter)?;
     let sure = sides.almost_sure(&exits(&|average| average == best), &all, meter)?;
     let is_known = |node: u32| sure[node as usize] || node as usize >= states;
-    let mut known = Solution::new(nodes, is_known, Rest::ones(nodes, &|_| false), meter)?;
+    let rest = Rest::ones(Members::none(nodes));
+    let mut known = Solution::new(Members::new(nodes, is_known), rest, meter)?;
     (states as u32..).zip(averages).for_each(|(exit, average)| known.set(exit, average.clone()));
     sure.iter_ones().for_each(|node| known.set(node as u32, best.clone()));
     // Without a gain, the average is 0.

@@ -355,9 +355,21 @@ impl Rows<f64> {
     /// Returns an upper bound of c + Σ p · x of an action.
     #[inline]
     pub(crate) fn above(&self, action: usize, x: &[f64]) -> f64 {
-        let &Constant { high, most, .. } = &self.constants[action];
+        let edges = self.start[action] as usize..self.start[action + 1] as usize;
+        let edges = self.to[edges.clone()].iter().zip(&self.probabilities[edges]);
+        self.raised(&self.constants[action], edges, x)
+    }
+
+    /// Returns an upper bound of c + Σ p · x for the edges of an action.
+    #[inline]
+    fn raised<'r>(
+        &self,
+        &Constant { high, most, .. }: &Constant,
+        edges: impl Iterator<Item = (&'r u32, &'r f64)>,
+        x: &[f64],
+    ) -> f64 {
         let (mut sum, mut greatest) = (high, most);
-        for (to, p) in self.row(action) {
+        for (&to, p) in edges {
             let value = x[to as usize];
             sum += p * value;
             greatest = if value > greatest { value } else { greatest };
@@ -369,14 +381,19 @@ impl Rows<f64> {
     #[inline]
     pub(crate) fn best(&self, group: usize, upper: bool, x: &[f64]) -> (f64, usize) {
         let greatest = self.is_max(group);
-        let mut best = (if greatest { 0.0 } else { f64::INFINITY }, self.first[group] as usize);
-        for action in self.actions(group) {
+        let actions = self.actions(group);
+        let mut best = (if greatest { 0.0 } else { f64::INFINITY }, actions.start);
+        // Slices of the group are checked once, not for each action: this is the innermost loop.
+        let ends = self.start[actions.start..=actions.end].windows(2);
+        for ((number, ends), own) in (actions.start..).zip(ends).zip(&self.constants[actions]) {
+            let edges = ends[0] as usize..ends[1] as usize;
+            let edges = self.to[edges.clone()].iter().zip(&self.probabilities[edges]);
             let q = match upper {
-                true => self.above(action, x),
-                false => self.value(action, &self.constants[action].low, x),
+                true => self.raised(own, edges, x),
+                false => edges.fold(own.low, |sum, (&to, p)| sum + p * x[to as usize]),
             };
             if if greatest { q > best.0 } else { q < best.0 } {
-                best = (q, action);
+                best = (q, number);
             }
         }
         if upper { best } else { (self.lowered(best.0), best.1) }

@@ -46,6 +46,15 @@ impl<N: Number> System<'_, N> {
         if !solution.has_equations() {
             return Ok(());
         }
+        let bytes = self.game.choices_in_all() / 8;
+        meter.take(bytes)?;
+        let found = self.permitted();
+        self.with_found(&found).solve_all(solution, meter)?;
+        meter.release(bytes);
+        Ok(())
+    }
+
+    fn solve_all(&self, solution: &mut Solution<N>, meter: &mut Meter<'_>) -> Result<()> {
         let nodes = self.game.states();
         let scratch = nodes * 3 * size_of::<u32>();
         let search = nodes * components::SEARCH + self.game.edges_in_all() / 8;
