@@ -7,7 +7,6 @@ mod differential;
 mod embed;
 mod examples;
 mod factory;
-mod fewest_steps;
 mod generate;
 mod hard_quantities;
 mod induced;
