@@ -35,6 +35,8 @@ pub(crate) trait Entry: Weight + PartialOrd {
     fn of(read: &Self::Read) -> Self;
     fn one() -> Self;
     fn is_finite(&self) -> bool;
+    /// Returns the bits of a double; `None` for a fraction.
+    fn bits(&self) -> Option<u64>;
     /// Returns the amount by which a choice must be better if it has these values: more than rounding adds up to.
     fn slack(x: &[Self]) -> Self;
 }
@@ -65,6 +67,10 @@ impl Entry for Ratio {
 
     fn is_finite(&self) -> bool {
         true
+    }
+
+    fn bits(&self) -> Option<u64> {
+        None
     }
 
     fn slack(_: &[Self]) -> Self {
@@ -99,6 +105,10 @@ impl Entry for f64 {
 
     fn is_finite(&self) -> bool {
         f64::is_finite(*self)
+    }
+
+    fn bits(&self) -> Option<u64> {
+        Some(self.to_bits())
     }
 
     fn slack(x: &[Self]) -> Self {

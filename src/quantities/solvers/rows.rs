@@ -11,6 +11,8 @@
 
 use std::ops::Range;
 
+use ahash::AHashMap;
+
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
@@ -23,6 +25,9 @@ use meliora_model::Optimum;
 
 /// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
 const WIDE: f64 = 1e-7;
+
+/// The greatest number of constants that are looked up: 4 MiB.
+const MOST_KNOWN: usize = 1 << 16;
 
 /// Results below this may have lost digits.
 pub(crate) const TINY: f64 = 1e-280;
@@ -80,7 +85,11 @@ pub(crate) struct Rows<N> {
     /// The group that each edge enters, and its probability.
     to: Vec<u32>,
     probabilities: Vec<N>,
+    /// The number of what each action has besides its edges.
+    constant_of: Vec<u32>,
     constants: Vec<Constant<N>>,
+    /// The numbers of some constants of doubles, by their bits: most actions inside a component have the same.
+    known: AHashMap<[u64; 4], u32>,
     /// The choice of each action.
     pub(crate) choices: Vec<u32>,
     /// The relative error of a row of doubles.
@@ -114,7 +123,9 @@ impl<N: Entry> Rows<N> {
             start: vec![0],
             to: Vec::new(),
             probabilities: Vec::new(),
+            constant_of: Vec::new(),
             constants: Vec::new(),
+            known: AHashMap::new(),
             choices: Vec::new(),
             error: 0.0,
             inherited: 0.0,
@@ -138,6 +149,7 @@ impl<N: Entry> Rows<N> {
             rows.add(choice, &equation);
         })?;
         rows.begin(groups.count() as u32);
+        rows.known = AHashMap::new();
         Ok(rows)
     }
 
@@ -153,8 +165,25 @@ impl<N: Entry> Rows<N> {
             self.probabilities.push(p);
         }
         self.start.push(self.to.len() as u32);
-        self.constants.push(constant);
+        let number = self.number(constant);
+        self.constant_of.push(number);
         self.choices.push(choice);
+    }
+
+    /// Returns the number of a constant.
+    fn number(&mut self, constant: Constant<N>) -> u32 {
+        let Constant { low, high, most, escape } = &constant;
+        let bits = || Some([low.bits()?, high.bits()?, most.to_bits(), escape.bits()?]);
+        let bits = bits();
+        if let Some(&known) = bits.as_ref().and_then(|bits| self.known.get(bits)) {
+            return known;
+        }
+        let new = self.constants.len() as u32;
+        if let Some(bits) = bits.filter(|_| self.known.len() < MOST_KNOWN) {
+            self.known.insert(bits, new);
+        }
+        self.constants.push(constant);
+        new
     }
 
     /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
@@ -187,8 +216,10 @@ impl<N: Entry> Rows<N> {
 
     /// Returns the bytes of the rows, and of the iteration over them.
     pub(crate) fn bytes(&self) -> usize {
-        let action = 3 * N::BYTES + 4 * size_of::<u32>();
-        self.to.len() * (size_of::<u32>() + N::BYTES) + self.choices.len() * action + 36 * self.first.len()
+        let action = 3 * size_of::<u32>();
+        let constants = self.constants.len() * (3 * N::BYTES + size_of::<f64>());
+        let edges = self.to.len() * (size_of::<u32>() + N::BYTES);
+        edges + self.choices.len() * action + constants + 36 * self.first.len()
     }
 
     /// Returns the number of entries of all rows: the work of a sweep.
@@ -223,14 +254,15 @@ impl<N: Entry> Rows<N> {
     }
 
     /// Returns what an action has besides its edges.
+    #[inline]
     pub(crate) fn constant(&self, action: usize) -> &Constant<N> {
-        &self.constants[action]
+        &self.constants[self.constant_of[action] as usize]
     }
 
     /// Returns the lower or the upper bounds of the constants of all actions.
     pub(crate) fn constants(&self, upper: bool) -> Vec<N> {
         let side = |own: &Constant<N>| if upper { own.high.clone() } else { own.low.clone() };
-        self.constants.iter().map(side).collect()
+        (0..self.choices.len()).map(|action| side(self.constant(action))).collect()
     }
 
     /// Returns the groups that the edges of an action enter, and their probabilities.
@@ -342,14 +374,14 @@ impl Rows<f64> {
 
     /// Returns whether the value of an action is that of the one group that it enters, without any rounding.
     pub(crate) fn copies(&self, action: usize) -> bool {
-        let Constant { high, most, escape, .. } = self.constants[action];
+        let &Constant { high, most, escape, .. } = self.constant(action);
         self.start[action + 1] - self.start[action] == 1 && [high, most, escape] == [0.0; 3]
     }
 
     /// Returns a lower bound of c + Σ p · x of an action.
     #[inline]
     pub(crate) fn below(&self, action: usize, x: &[f64]) -> f64 {
-        self.lowered(self.value(action, &self.constants[action].low, x))
+        self.lowered(self.value(action, &self.constant(action).low, x))
     }
 
     /// Returns an upper bound of c + Σ p · x of an action.
@@ -357,7 +389,7 @@ impl Rows<f64> {
     pub(crate) fn above(&self, action: usize, x: &[f64]) -> f64 {
         let edges = self.start[action] as usize..self.start[action + 1] as usize;
         let edges = self.to[edges.clone()].iter().zip(&self.probabilities[edges]);
-        self.raised(&self.constants[action], edges, x)
+        self.raised(self.constant(action), edges, x)
     }
 
     /// Returns an upper bound of c + Σ p · x for the edges of an action.
@@ -385,7 +417,9 @@ impl Rows<f64> {
         let mut best = (if greatest { 0.0 } else { f64::INFINITY }, actions.start);
         // Slices of the group are checked once, not for each action: this is the innermost loop.
         let ends = self.start[actions.start..=actions.end].windows(2);
-        for ((number, ends), own) in (actions.start..).zip(ends).zip(&self.constants[actions]) {
+        let constants = &self.constant_of[actions.clone()];
+        for ((number, ends), &own) in (actions.start..).zip(ends).zip(constants) {
+            let own = &self.constants[own as usize];
             let edges = ends[0] as usize..ends[1] as usize;
             let edges = self.to[edges.clone()].iter().zip(&self.probabilities[edges]);
             let q = match upper {
