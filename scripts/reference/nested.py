@@ -174,7 +174,7 @@ class Nested:
             each = ("&".join(self.equation(n, v) for n, v in zip(names, self.mdp.plain(s))) for s in sorted(states))
             return f"({' | '.join(f'({one})' for one in each) or 'false'})"
 
-        formula = text.format(*(written(self.holds(c)) for c in conditions))
+        formula = text.format(*(f"({c[1]})" if c[0] == "is" else written(self.holds(c)) for c in conditions))
         if not self.mdp.program.players:
             question = Question(self.mdp.program, self.scope, formula, limit=MOST_PAIRS)
             return question.most() if optimum == "max" else question.least()

@@ -227,15 +227,19 @@ def nested(context):
     if not expected:
         return
     context.case.features.add("nested properties")
-    for engine in ("explicit", "symbolic"):
-        options = ["--engine", engine, *context.program.settings("scope", "threads")]
-        report = context.program.ask(
-            "reach", context.program.model, "--properties", file, *options, allowed=(0, 1)
-        )
-        for (written, answer), entry in zip(expected, report["properties"]):
-            compare(context, f"{written} ({engine})", answer, entry)
+    for what, answer, entry in answered(context, file, expected):
+        compare(context, what, answer, entry)
     if satisfied:
         written_as(context, *satisfied)
+
+
+def answered(context, file, expected, allowed=(0, 1)):
+    """The answers to a file of properties under both engines, each with what is expected."""
+    for engine in ("explicit", "symbolic"):
+        options = ["--properties", file, "--engine", engine, *context.program.settings("scope", "threads")]
+        report = context.program.ask("reach", context.program.model, *options, allowed=allowed)
+        for (written, answer), entry in zip(expected, report["properties"]):
+            yield f"{written} ({engine})", answer, entry
 
 
 def asked(context):

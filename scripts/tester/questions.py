@@ -102,15 +102,20 @@ def cut_at(levels, state, most):
 def bounded(seed, text, most, least):
     """Properties that compare the greatest and the least probability in some states with a number between 0 and 1, each
     with whether it holds in all of them."""
-    draw, found = random.Random(seed), []
+    draw = random.Random(seed)
     values = sorted({value for value in (*most, *least) if 0 < value < 1})
     bounds = [Fraction(draw.randint(1, 99), 100), *map(near, draw.sample(values, min(2, len(values))))]
+    compared = comparisons(draw, bounds, 3, most, least)
+    return [(f"P{operator}{decimal(bound)} [ {text} ]", holds) for operator, bound, holds in compared]
+
+
+def comparisons(draw, bounds, amount, most, least):
+    """Some operators with each bound, and whether they hold of the greatest or the least values in all states."""
     for bound in bounds:
-        for strategies, operator in draw.sample([(s, o) for s in ("", "max", "min") for o in COMPARE], 3):
+        for strategies, operator in draw.sample([(s, o) for s in ("", "max", "min") for o in COMPARE], amount):
             least_counts = strategies == "min" or not strategies and operator.startswith(">")
-            holds = all(COMPARE[operator](value, bound) for value in (least if least_counts else most))
-            found.append((f"P{strategies}{operator}{decimal(bound)} [ {text} ]", holds))
-    return found
+            values = least if least_counts else most
+            yield strategies + operator, bound, all(COMPARE[operator](value, bound) for value in values)
 
 
 def near(value):
@@ -127,18 +132,14 @@ def decimal(value):
 
 def earning(seed, condition, least, most):
     """The same for expected rewards until a condition."""
-    draw, found = random.Random(seed), []
+    draw = random.Random(seed)
     finite = [value for value in (*least, *most) if value < 10**6]
     bounds = [
         Fraction(draw.randint(1, 30), 10),
         *(Fraction(round(v * 100), 100) for v in draw.sample(finite, min(1, len(finite)))),
     ]
-    for bound in bounds:
-        for strategies, operator in draw.sample([(s, o) for s in ("", "max", "min") for o in COMPARE], 2):
-            least_counts = strategies == "min" or not strategies and operator.startswith(">")
-            holds = all(COMPARE[operator](value, bound) for value in (least if least_counts else most))
-            found.append((f'R{{"cost"}}{strategies}{operator}{float(bound)} [ F {condition} ]', holds))
-    return found
+    compared = comparisons(draw, bounds, 2, most, least)
+    return [(f'R{{"cost"}}{operator}{float(bound)} [ F {condition} ]', holds) for operator, bound, holds in compared]
 
 
 ALL = {"info": info, "ranks": ranks, "cut": cut}

@@ -8,7 +8,7 @@ from fractions import Fraction
 from reference.model import explore
 from reference.several import Infinite, Several, TooLarge
 from tester import mixed
-from tester.nested import compare
+from tester.nested import answered, compare
 from tester.program import Refused, key
 
 MOST_STATES = 30
@@ -63,19 +63,14 @@ def several(context):
     file = context.program.folder / "several.props"
     file.write_text("".join(f"{written};\n" for written, _ in expected))
     context.case.features.add("several objectives")
-    for engine in ("explicit", "symbolic"):
-        options = ["--engine", engine, *context.program.settings("scope", "threads")]
-        report = context.program.ask(
-            "reach", context.program.model, "--properties", file, *options, allowed=(0, 1, 3)
-        )
-        for (written, answer), entry in zip(expected, report["properties"]):
-            reason = entry.get("reason") or ""
-            if "rewards that end" in reason:  # an end component may gain and cost
-                continue
-            if answer is None:
-                context.same(f"{written} ({engine})", True, "no strategy satisfies the bounds" in reason)
-            else:
-                compare(context, f"{written} ({engine})", answer, entry)
+    for what, answer, entry in answered(context, file, expected, (0, 1, 3)):
+        reason = entry.get("reason") or ""
+        if "rewards that end" in reason:  # an end component may gain and cost
+            continue
+        if answer is None:
+            context.same(what, True, "no strategy satisfies the bounds" in reason)
+        else:
+            compare(context, what, answer, entry)
 
 
 def mixes(context, known, question):

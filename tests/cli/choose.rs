@@ -123,26 +123,6 @@ fn of_the_likeliest_strategies_the_one_with_the_fewest_steps_is_taken() {
 }
 
 #[test]
-fn models_have_the_values_that_their_runs_show() {
-    for arguments in [
-        "models/drone.prism models/drone.pref --choose likely",
-        "models/drone.prism models/drone.pref --choose cheap",
-        "models/robot5x5.prism models/robot5x5.pref --choose likely",
-        "models/robot5x5.prism models/robot5x5.pref --choose cheap",
-        "models/robot5x5.prism models/robot5x5.pref --choose likely --safety transition",
-        "models/robot5x5.prism models/robot5x5.pref --choose cheap --safety transition",
-        "models/robot5x5.prism models/robot5x5.pref --choose likely --safety prefix --levels 2",
-        "models/lateral_prefix.prism models/lateral_prefix.pref --choose cheap --safety prefix",
-        "models/courier.prism models/courier.pref --choose likely",
-        "models/courier.prism models/courier.pref --choose cheap --safety prefix",
-        "models/patrol.prism models/patrol.pref -c N=2 --choose likely --runs 300",
-    ] {
-        let play = simulated(arguments);
-        assert!(agrees(&play), "{arguments}: {}", play["value"]);
-    }
-}
-
-#[test]
 fn the_cheapest_way_depends_on_the_reward_structure() {
     let scratch = scratch();
     let files = files(&scratch, "ways");

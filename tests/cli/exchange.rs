@@ -2,7 +2,6 @@
 
 use std::io::Read;
 
-use crate::cli::models::MODELS;
 use crate::common::prelude::*;
 
 fn json(arguments: &[&str], constants: &str) -> Json {
@@ -12,52 +11,6 @@ fn json(arguments: &[&str], constants: &str) -> Json {
         command.args(["--const", constants]);
     }
     Finished::of(&mut command).expect(0).json()
-}
-
-/// The preferences of a model over the targets in its archive.
-fn renamed(text: &str) -> String {
-    let mut out = String::new();
-    for statement in text.lines().flat_map(|line| line.split("//").next()).collect::<String>().split(';') {
-        match statement.split_once('=') {
-            Some((left, _)) if left.trim().starts_with("objective") => {
-                let name = left.trim().trim_start_matches("objective").trim();
-                out += &format!("objective {name} = F \"target_{name}\";\n");
-            }
-            _ if statement.trim().is_empty() => {}
-            _ => out += &format!("{statement};\n"),
-        }
-    }
-    out
-}
-
-#[test]
-fn every_model_is_the_same_after_writing_and_reading() {
-    // The requirements of some models speak of labels that their archives lack.
-    let requires =
-        |name: &str| std::fs::read_to_string(format!("models/{name}.pref")).unwrap().contains("require ");
-    let models = MODELS.into_iter().filter(|(name, _)| !requires(name)).map(|(name, of)| (name, "prism", of));
-    for (name, extension, constants) in models.chain([("workshop", "jani", "N=2")]) {
-        let scratch = Scratch::new(&[]);
-        let (model, prefs) = (format!("models/{name}.{extension}"), format!("models/{name}.pref"));
-        let out = scratch.show("out");
-        json(&["export", &model, &prefs, "--format", "umb", "--out", &out], constants);
-        let archive = format!("{out}/model.umb");
-        let expected = json(&["check", &model, &prefs], constants);
-        let text = std::fs::read_to_string(&prefs).unwrap();
-        // Temporal objectives have no target. Their monitors are part of the written model, where they
-        // also move in deadlocks.
-        let is_temporal = expected["counts"].get("model_states").is_some();
-        let (own, renamed) = (format!("{out}/own.pref"), renamed(&text));
-        std::fs::write(&own, if is_temporal { text } else { renamed }).unwrap();
-        let found = json(&["check", &archive, &own], "");
-        let counts = ["states", "choices", "transitions", "initial", "deadlocks"];
-        for count in &counts[..if is_temporal { 4 } else { 5 }] {
-            assert_eq!(found["counts"][count], expected["counts"][count], "{name} {count}");
-        }
-        for key in ["objectives", "classes", "sasi", "spi"] {
-            assert_eq!(found[key], expected[key], "{name} {key}");
-        }
-    }
 }
 
 #[test]

@@ -29,14 +29,10 @@ fn every_expectation_beside_the_models_holds() {
     let mut checked = 0;
     for path in models() {
         for expectation in expectations(&std::fs::read_to_string(&path).unwrap()) {
-            for (at, (engine, order)) in CONFIGURATIONS.into_iter().enumerate() {
-                // By default, the orders of bits take turns.
-                if at < 2 && !takes_one_of(2, expectation.line + at) {
-                    continue;
-                }
-                if expectation.option("engine").is_some_and(|e| e != engine) {
-                    continue;
-                }
+            let fits = |(engine, _): &(&str, _)| expectation.option("engine").is_none_or(|e| e == *engine);
+            let fitting = CONFIGURATIONS.into_iter().filter(fits).enumerate();
+            // By default, engines and orders of bits take turns.
+            for (_, (engine, order)) in fitting.filter(|(at, _)| takes_one_of(3, expectation.line + at)) {
                 checked += expectation.facts.len();
                 let mut extra = vec!["--engine", engine];
                 extra.extend(order);

@@ -1,6 +1,5 @@
 //! Models state by state, read back and compared with what the reports say.
 
-use crate::common::graphs::reached;
 use crate::common::prelude::*;
 
 /// A model as the files have it.
@@ -15,12 +14,6 @@ struct Read {
 impl Read {
     fn transitions(&self) -> usize {
         self.choices.values().map(|(_, to)| to.len()).sum()
-    }
-
-    /// The successors of each state of a chain.
-    fn chain(&self) -> Vec<Vec<usize>> {
-        assert_eq!(self.choices.len(), self.states);
-        self.choices.values().map(|(_, to)| to.keys().copied().collect()).collect()
     }
 }
 
@@ -130,39 +123,6 @@ fn both_formats_have_the_model_with_its_regions() {
             assert!((to.values().sum::<f64>() - 1.0).abs() < 1e-9);
         }
     }
-}
-
-#[test]
-fn the_chain_of_the_progress_strategy_surely_improves_as_often_as_it_promises() {
-    let scratch = Scratch::new(&[]);
-    export(&scratch, "robot5x5", &["--format", "explicit", "--strategy", "sasi:progress"]);
-    let chain = read_prism(&scratch, "sasi-progress");
-    let (successors, improved) = (chain.chain(), &chain.labels["improved"]);
-    let may_improve = |s: &usize| !reached(&successors, *s, improved).is_disjoint(improved);
-    let surely_improves = |s: &usize| reached(&successors, *s, improved).iter().all(may_improve);
-    let promised = |label: &String| label.starts_with("sasi_rank_") && label != "sasi_rank_0";
-    let ranked = chain.labels.iter().filter(|(label, _)| promised(label)).flat_map(|(_, states)| states);
-    let before: Vec<&usize> = ranked.collect();
-    assert!(!before.is_empty());
-    assert!(before.into_iter().all(surely_improves), "every state of a rank surely improves");
-    let table = scratch.read("sasi-progress.csv");
-    assert_eq!(table.lines().count(), chain.states + 1);
-}
-
-#[test]
-fn the_permissive_model_has_the_actions_that_are_permitted() {
-    let scratch = Scratch::new(&[]);
-    export(&scratch, "toy", &["--format", "drn", "--strategy", "sasi"]);
-    let part = read_drn(&scratch, "sasi-permissive");
-    let first: Vec<&str> = part.choices.range((0, 0)..(1, 0)).map(|(_, (name, _))| name.as_str()).collect();
-    let checked = check("toy");
-    let permitted: Vec<&str> = checked["initial"][0]["sasi_actions"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|a| a.as_str().unwrap())
-        .collect();
-    assert_eq!(first, permitted);
 }
 
 #[test]

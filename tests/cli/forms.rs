@@ -72,16 +72,6 @@ fn no_property_holds_where_no_strategy_keeps_the_requirements() {
 }
 
 #[test]
-fn a_hard_property_leaves_the_others_of_a_list_their_early_answers() {
-    let scratch =
-        lamps(&format!("filter(sum, Pmin=? [ F \"goal\" ], true)\n{GOAL}\nPmin=? [ F \"goal\" ]\n"));
-    let found = asked(&scratch, &["--properties", &scratch.show("f.props"), "--timeout", "5s", "--json"]);
-    let found = found.expect(4).json();
-    let holds: Vec<&Json> = found["properties"].as_array().unwrap().iter().map(|p| &p["holds"]).collect();
-    assert_eq!(holds, [&Json::Null, &json!(true), &Json::Null], "{found}");
-}
-
-#[test]
 fn a_search_over_all_valuations_answers_wherever_its_question_stands() {
     let scratch = Scratch::new(&[("m.prism", &register())]);
     for (property, holds) in [

@@ -48,20 +48,6 @@ fn a_document_is_the_same_model_as_its_text_in_the_modelling_language() {
 }
 
 #[test]
-fn engines_agree_on_plans_and_states_show_locations_by_name() {
-    let scratch = Scratch::new(&[("m.jani", workshop()), ("m.pref", PREFERENCES)]);
-    let (model, prefs) = (scratch.show("m.jani"), scratch.show("m.pref"));
-    assert_eq!(answer(&["compare", &model, &prefs])["equal"], true);
-    let found = answer(&["strategy", &model, &prefs, "--kind", "spi", "--at", "left_loc=busy,left_parts=1"]);
-    let state = &found["states"][0]["state"];
-    assert_eq!(state["left_loc"], "busy", "{found:#}");
-    assert_eq!(state["right_loc"], "idle");
-    let info = answer(&["info", &model]);
-    let location = info["model"]["variables"].as_array().unwrap().iter().find(|v| v["name"] == "left_loc");
-    assert_eq!(location.unwrap()["values"], json!(["idle", "busy"]));
-}
-
-#[test]
 fn a_dump_is_verified_and_asked_by_the_names_of_locations() {
     let scratch = Scratch::new(&[("m.jani", workshop()), ("m.pref", PREFERENCES)]);
     let (model, prefs, out) = (scratch.show("m.jani"), scratch.show("m.pref"), scratch.show("dump"));

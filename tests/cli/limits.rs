@@ -179,7 +179,7 @@ fn an_interrupt_and_the_time_limit_end_all_ways_of_a_race_soon() {
     };
     // The best of some runs counts, since the machine may be busy.
     let soon = |seconds: &dyn Fn() -> f64| (0..8).any(|_| seconds() < 0.2);
-    for threads in [1, 2, 4] {
+    for (_, threads) in [2, 1, 4].into_iter().enumerate().filter(|(at, _)| takes(*at)) {
         assert!(soon(&|| ends_after(threads, &interrupt, "", 130)), "{threads} threads, an interrupt");
         let late = |run: &mut Running| {
             std::thread::sleep(Duration::from_secs(3).saturating_sub(run.started.elapsed()));
@@ -268,16 +268,6 @@ fn what_is_printed_when_memory_ends_is_part_of_the_full_answer() {
         }
         assert!(!phases.is_empty(), "{engine}: memory never ended");
     }
-}
-
-#[test]
-fn a_small_operation_cache_is_slow_and_nothing_worse() {
-    // A megabyte leaves a cache of a few thousand entries and a table that is collected all the time.
-    let robot = "check models/robot5x5.prism models/robot5x5.pref --scope all --json --quiet";
-    let small = run(&format!("{robot} --memory 600KiB")).expect(0).json();
-    let large = run(robot).expect(0).json();
-    assert_eq!(small["sasi"], large["sasi"]);
-    assert_eq!(small["spi"], large["spi"]);
 }
 
 #[test]

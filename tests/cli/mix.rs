@@ -73,28 +73,6 @@ fn runs_that_are_given_up_are_not_counted_as_decided() {
     assert!(0 < some && some < 1000, "{some}");
 }
 
-/// Every strategy of two objectives with one claim, with its values: F x=3 by `b` is 1/3.
-#[test]
-fn the_values_of_a_strategy_are_those_of_its_chain() {
-    let scratch = Scratch::new(&[("m.prism", MODEL)]);
-    let (_, [model, file]) = written(
-        &scratch,
-        "multi(Pmax=? [ F x=3 ], P<=0.66666666666666667 [ F x=4 ], R{\"cost\"}<=0.5 [ C ])",
-    );
-    let checked = verified(&model, &file).expect(0).json();
-    let mut mean = [0.0; 3];
-    for own in checked["strategies"].as_array().unwrap() {
-        for (at, objective) in own["objectives"].as_array().unwrap().iter().enumerate() {
-            let value = &objective["value"];
-            let middle = f64::midpoint(value["lower"].as_f64().unwrap(), value["upper"].as_f64().unwrap());
-            mean[at] += own["share"].as_f64().unwrap() * middle;
-        }
-    }
-    for (mean, expected) in mean.into_iter().zip([1.0 / 3.0, 2.0 / 3.0, 0.5]) {
-        assert!((mean - expected).abs() < 1e-6, "{mean} {expected}");
-    }
-}
-
 /// Changes the first strategy, or the file.
 type Edit = fn(&mut Json);
 

@@ -55,12 +55,6 @@ fn wrong_usage_ends_with_2_and_nothing_on_stdout() {
 }
 
 #[test]
-fn an_option_that_makes_no_sense_is_refused_by_name() {
-    run("check models/toy.prism models/toy.pref --engine explicit --order declared").ends(2, "--order");
-    run("reach models/toy.prism --target s=1 --safety action").ends(2, "--safety");
-}
-
-#[test]
 fn files_that_cannot_be_read_end_with_3_and_are_named() {
     let scratch = Scratch::new(&[]);
     scratch.write("bytes.prism", b"mdp \xff\xfe");
@@ -163,23 +157,4 @@ fn a_property_is_answered() {
     answers("P>=1 [ F s=1 ]", false);
     answers("P<1 [ F s=3 ]", true);
     answers("P<1 [ F s=1 ]", false);
-}
-
-#[test]
-fn the_time_limit_is_kept() {
-    let scratch = Scratch::new(&[("long.prism", LONG), ("long.pref", LONG_PREFS)]);
-    for engine in ["symbolic", "explicit"] {
-        let arguments = format!(
-            "check {} {} -c N=4000 --engine {engine} --timeout 300ms --json",
-            scratch.show("long.prism"),
-            scratch.show("long.pref")
-        );
-        let finished = run(&arguments).expect(4);
-        finished.says("--timeout");
-        let report = finished.json();
-        assert_eq!(report["schema"], "meliora.check/1");
-        assert_eq!(report["complete"], false);
-        assert_eq!(report["error"]["kind"], "resource");
-        assert_eq!(report["model"]["constants"]["N"], 4000);
-    }
 }

@@ -210,7 +210,7 @@ fn what_a_limit_leaves_of_a_whole_strategy_adds_up() {
         (first, found.next().unwrap(), found.next().unwrap_or(0))
     };
     let mut stopped = 0;
-    for limit in ["--memory 8MiB --timeout 2s", "--timeout 100ms", "--timeout 400ms", "--timeout 1s"] {
+    for limit in ["--timeout 100ms", "--timeout 400ms", "--timeout 1s", "--memory 8MiB --timeout 2s"] {
         if stopped == 2 {
             break;
         }

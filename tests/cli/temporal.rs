@@ -34,18 +34,6 @@ fn a_property_that_is_false_at_the_start_has_exit_status_1() {
 }
 
 #[test]
-fn several_properties_are_answered_in_their_order() {
-    let asked =
-        ["--property", "P>0 [ G F x=0 ]", "--property", "P>=1 [ F x=3 ]", "--property", "Pmax>0 [ X \"b\" ]"];
-    let found = reach(&[&asked[..], &["--json"]].concat()).expect(1).json();
-    let all = found["properties"].as_array().unwrap();
-    let holds: Vec<&Json> = all.iter().map(|p| &p["holds"]).collect();
-    assert_eq!(holds, [&json!(false), &json!(false), &json!(true)]);
-    assert_eq!(found.get("file"), None);
-    reach(&asked).prints(1, "P>0 [ G F x=0 ]").shows("does not hold");
-}
-
-#[test]
 fn a_property_file_has_temporal_formulas_too() {
     let properties = "\"often\": Pmax>0 [ G x<3 ];\nP>=1 [ F x=3 ]\n\"mixed\": Pmax>0 [ (x=0) U (G x=3) ];\n";
     let scratch = Scratch::new(&[("m.prism", MODEL), ("m.props", properties)]);
@@ -151,23 +139,6 @@ fn history_play_is_memory_written_by_hand() {
 }
 
 #[test]
-fn both_engines_agree_on_the_temporal_models() {
-    for (model, constants) in [("courier", ""), ("counter", ""), ("patrol", "N=3"), ("patrol", "N=5")] {
-        for safety in ["action", "transition", "prefix"] {
-            for scope in ["reachable", "all"] {
-                let files = [format!("models/{model}.prism"), format!("models/{model}.pref")];
-                let mut command = executable();
-                command.args(["compare", &files[0], &files[1], "--safety", safety, "--scope", scope]);
-                if !constants.is_empty() {
-                    command.args(["--const", constants]);
-                }
-                Finished::of(&mut command).expect(0);
-            }
-        }
-    }
-}
-
-#[test]
 fn states_of_monitors_are_named_in_words() {
     run("check models/courier.prism models/courier.pref").prints(0, "Deliver=waiting for key");
     let at = "place=0,Deliver=\"waiting for door\"";
@@ -213,19 +184,6 @@ fn history_state_takes_reachabilities_alone_and_is_said_once() {
         let scratch = Scratch::new(&[("m.prism", MODEL), ("p.pref", text)]);
         scratch.run("check m.prism p.pref").ends(3, word);
     }
-}
-
-#[test]
-fn a_dump_of_whole_plays_is_verified() {
-    let other = fs::read_to_string("models/courier.pref").unwrap().replace("G !", "F ");
-    let scratch = Scratch::new(&[("other.pref", &other)]);
-    let (dump, files) = (scratch.show("dump"), ["models/courier.prism", "models/courier.pref"]);
-    Finished::of(executable().args(["export", files[0], files[1], "--out", &dump])).expect(0);
-    for (region, count) in [("almost-sure:Clean", "14"), ("secured:Clean:1 & target:Clean", "6")] {
-        Finished::of(executable().args(["query", &dump, region, "--count"])).prints(0, count);
-    }
-    Finished::of(executable().args(["verify", &dump, files[0], files[1]])).prints(0, "secured:Clean:1");
-    Finished::of(executable().args(["verify", &dump, files[0], &scratch.show("other.pref")])).expect(1);
 }
 
 #[test]

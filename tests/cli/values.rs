@@ -1,58 +1,6 @@
 //! `meliora values`: every model under both engines and all safety modes, limits and files.
 
-use crate::cli::models::{MODELS, given};
 use crate::common::prelude::*;
-
-/// The numbers of states with P_k > 0 and with P_k = 1, for k = 1, 2, …
-fn counts(report: &Json) -> [Vec<usize>; 2] {
-    // From an unsafe state nothing is promised, so it has no levels.
-    let safe = report["states"].as_array().unwrap().iter().filter(|state| state["unsafe"].is_null());
-    let states: Vec<&Json> = safe.collect();
-    let levels = states[0]["levels"].as_array().unwrap().len();
-    let count = |bound: &str, limit: f64, k: usize| {
-        let p = |state: &Json| state["levels"][k]["probability"][bound].as_f64().unwrap();
-        states
-            .iter()
-            .filter(|state| if bound == "upper" { p(state) > limit } else { p(state) >= limit })
-            .count()
-    };
-    let all = |bound: &str, limit: f64| {
-        (0..levels).map(|k| count(bound, limit, k)).take_while(|&n| n > 0).collect()
-    };
-    [all("upper", 0.0), all("lower", 1.0)]
-}
-
-/// The levels as `check` reports them.
-fn levels(report: &Json, kind: &str) -> Vec<usize> {
-    let levels = report[kind]["levels"].as_array().unwrap();
-    levels.iter().map(|count| count.as_str().unwrap().parse().unwrap()).collect()
-}
-
-#[test]
-fn both_engines_agree_and_values_fit_the_levels_on_every_model() {
-    // The model `fleet` has 32,768 states.
-    for (at, (name, constants)) in MODELS.into_iter().filter(|(name, _)| *name != "fleet").enumerate() {
-        let constants = given(constants);
-        let inputs = format!("models/{name}.prism models/{name}.pref {constants} --json -q");
-        let check = |safety| run!("check {inputs} --safety {safety}").expect(0).json();
-        // By default, each model is tested in one mode, and each mode on a third of the models.
-        let modes = ["action", "transition", "prefix"].into_iter().enumerate();
-        for (_, safety) in modes.filter(|(mode, _)| takes_one_of(3, at + mode)) {
-            let values = |engine: &str| {
-                let options = format!("--safety {safety} --engine {engine} --all --limit 10000");
-                run!("values {inputs} {options}").expect(0).json()
-            };
-            let [symbolic, explicit] = ["symbolic", "explicit"].map(values);
-            assert_eq!(symbolic["states"], explicit["states"], "{name}, {safety}");
-            let report = check(safety);
-            let [positive, sure] = counts(&symbolic);
-            let at_most = |levels: Vec<usize>| levels.into_iter().take(positive.len()).collect::<Vec<_>>();
-            assert_eq!(positive, levels(&report, "spi"), "{name}, {safety}");
-            let sasi = if safety == "transition" { &check("action") } else { &report };
-            assert_eq!(sure, at_most(levels(sasi, "sasi")), "{name}, {safety}");
-        }
-    }
-}
 
 #[test]
 fn the_drone_has_the_values_that_its_page_derives() {

@@ -3,13 +3,10 @@
 use meliora::export::explicit::{Graph, drn, explored, prism, umb};
 use proptest::collection::vec;
 use proptest::prelude::*;
-use proptest::sample::select;
 
-use crate::common::entry;
 use crate::common::prelude::*;
 use crate::common::random_game::with_turns;
 use crate::dumps::exchange::{analysed, index, label, none, read, steps, tar, two_states, words};
-use crate::dumps::verify::Case;
 
 /// A random game with two targets.
 struct Written {
@@ -94,67 +91,6 @@ proptest! {
         let text = Arc::new(Document::open(&at("m.tra")).unwrap().load(&none(), &NoProgress).unwrap().program);
         prop_assert_eq!(names(&text), ["p1", "p2"]);
         prop_assert_eq!(facts_of(&text), facts_of(&Arc::new(read(&archive).unwrap().program)));
-    }
-}
-
-/// Checks that the dumps of a game that was read are accepted, for several coalitions. The preferences
-/// are about the targets that the file has.
-fn certified(text: &str, read: &Program, safety: Safety) {
-    let target = |name: &str| match read.labels.iter().any(|(label, _)| label == name) {
-        true => format!("\"{name}\""),
-        false => "false".to_owned(),
-    };
-    let [first, second] = ["target_o0", "target_o1"].map(target);
-    let wishes = format!("objective A = F {first}; objective B = F {second}; prefer B > A;");
-    for coalition in ["", "coalition p1; ", "coalition p2; "] {
-        let players = names(read);
-        let of = coalition.replace("p1", players[0]).replace("p2", players[1]);
-        let program = read.clone();
-        let source = SourceFile::new("p.pref", format!("{of}{wishes}"));
-        let lang::Task { program, preferences } = lang::load_preferences(&source, program).unwrap();
-        let case = Case::of(program, preferences, Scope::Reachable, safety);
-        let verdict = case.verify(&case.dump).unwrap();
-        assert_eq!(verdict.violation, None, "{text} {safety} {coalition}");
-    }
-}
-
-proptest! {
-    #![proptest_config(crate::common::amount::random(25))]
-
-    #[test]
-    fn dumps_of_games_that_were_written_and_read_are_accepted(
-        numbers in vec(0u16..1000, 0..120),
-        bits in any::<u64>(),
-    ) {
-        let Some(Written { graph, archive, .. }) = written(&numbers, bits) else { return Ok(()) };
-        let folder = tempfile::tempdir().unwrap();
-        let (files, at) = (prism(&graph), |name: &str| folder.path().join(name));
-        for (name, text) in [("m.tra", &files.tra), ("m.sta", &files.sta), ("m.lab", &files.lab)] {
-            std::fs::write(at(name), text).unwrap();
-        }
-        let text = Document::open(&at("m.tra")).unwrap().load(&none(), &NoProgress).unwrap().program;
-        for safety in [Safety::Action, Safety::Prefix] {
-            certified("umb", &read(&archive).unwrap().program, safety);
-            certified("tra", &text, safety);
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(crate::common::amount::random(300))]
-
-    #[test]
-    fn a_damaged_game_never_panics(
-        edits in vec((any::<prop::sample::Index>(), select(b"0123 :\n.x#%".as_slice())), 1..5),
-        players in vec(any::<u8>(), 8),
-    ) {
-        let mut text = TRA.as_bytes().to_vec();
-        edits.iter().for_each(|(at, byte)| text[at.index(TRA.len())] = *byte);
-        entry::tables(&String::from_utf8(text).unwrap());
-        let count = format!("players\": {}", players[0]);
-        let index = index("", "").replace("players\": 1", &count);
-        let files = [("index.json", index.as_bytes()), ("state-to-player.bin", &players[..])];
-        entry::umb(&tar(&files));
     }
 }
 

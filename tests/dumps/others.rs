@@ -1,9 +1,9 @@
-//! Dumps of other models under the manifest of the true one: their sets fit each other, since they were computed.
+//! Dumps of other models and preferences under the manifest of the true one: their sets fit each other, since they were computed.
 
 use proptest::prelude::*;
 
 use crate::common::prelude::*;
-use crate::dumps::mutation::same_regions;
+use crate::dumps::shop::same_regions;
 use crate::dumps::verify::Case;
 
 /// The files of a dump under the manifest of another one.
@@ -188,12 +188,14 @@ proptest! {
         all in any::<bool>(),
         safety in prop::sample::select(Safety::ALL),
         empty in prop::sample::select(vec!["bottom", "gain", "incomparable"]),
+        other_empty in prop::option::weighted(0.2, Just("gain")),
     ) {
         let scope = if all { Scope::All } else { Scope::Reachable };
         let targets = targets.map(|set| set.into_iter().filter(|s| *s < table.len()).collect());
         let preferences = preferences(&targets, whole_plays, empty);
         let truth = case(&text(&table), &preferences, scope, safety);
-        let other = case(&text(&change.of(&table)), &preferences, scope, safety);
+        let of_other = self::preferences(&targets, whole_plays, other_empty.unwrap_or(empty));
+        let other = case(&text(&change.of(&table)), &of_other, scope, safety);
         let forged = under_the_manifest_of(&truth.dump, &other.dump);
         match truth.verify(&forged) {
             // Choices are numbered by more or fewer bits.

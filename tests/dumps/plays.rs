@@ -59,32 +59,3 @@ fn a_region_in_the_place_of_another_is_refused() {
         assert!(condition.contains(word), "{condition}");
     }
 }
-
-#[test]
-fn a_region_left_out_is_missed() {
-    let case = case("patrol", "N=2", &preferences_of("patrol"), Scope::All, Safety::Transition);
-    for name in ["secured:Rest:1", "strategy:secured:West:1", "layers:secured:Patrol:1:1:0"] {
-        let without = |dump: &mut Dump| {
-            let certificate = dump.manifest.certificate.as_mut().unwrap();
-            for file in [&mut dump.manifest.regions, certificate] {
-                file.roots.retain(|r| r.name != name);
-            }
-        };
-        let condition = case.refused(without);
-        assert!(condition.contains("secured"), "{name}: {condition}");
-    }
-}
-
-/// All regions are determined by the model, so that any change of any function must be seen.
-#[test]
-fn every_single_complemented_arc_is_refused() {
-    let case = case("counter", "", &preferences_of("counter"), Scope::All, Safety::Prefix);
-    for index in 0..case.dump.regions.nodes.len() {
-        let mut dump = case.dump.clone();
-        let node = &mut dump.regions.nodes[index];
-        node.otherwise = node.otherwise.complement();
-        if let Ok(verdict) = case.verify(&dump) {
-            assert!(verdict.violation.is_some(), "node {}", index + 2);
-        }
-    }
-}

@@ -1,11 +1,9 @@
 //! Bounds of quantities in dumps of games: in the opponent's states the conditions change sides.
 
-use std::cell::Cell;
-
-use meliora::dump::bounds::{Bounds, Row};
+use meliora::dump::bounds::Row;
 
 use crate::common::prelude::*;
-use crate::dumps::values::{Case, between, cost, double, edited, row};
+use crate::dumps::values::{Case, between, cost, row};
 
 /// The states 1 and 2, 3 and 5, 9 and 10 are cycles that the opponent or we may stay in forever; 9 and 10 cost nothing.
 /// At 7, the opponent decides how long it takes.
@@ -129,64 +127,6 @@ fn each_condition_on_costs_of_a_game_fails_alone() {
     assert_eq!([cycle([8, 7]), cycle([7, 8])], [ours, theirs]);
 }
 
-/// Moves every bound a little or a lot to the wrong side, and mixes edits; accepted dumps are true.
-#[test]
-fn verify_refuses_every_false_bound_of_a_game() {
-    let mut random = ChaCha8Rng::seed_from_u64(5);
-    let counts = Cell::new([0, 0]);
-    let judge = |case: &Case, dump: &Dump| {
-        let [refused, accepted] = counts.get();
-        match case.violated(dump) {
-            Some(_) => counts.set([refused + 1, accepted]),
-            None => {
-                assert!(case.is_true(dump), "{:?}", dump.values);
-                counts.set([refused, accepted + 1]);
-            }
-        }
-    };
-    for safety in [Safety::Action, Safety::Prefix] {
-        for coalition in ["", "coalition them; "] {
-            let case = Case::of([CYCLES, &format!("{coalition}{GOALS}")], Scope::All, safety, "fuel");
-            for at in 0..case.dump.values.as_ref().unwrap().len() {
-                for by in [1e-9, 0.01, 0.5] {
-                    for side in [lower, upper] {
-                        let mut dump = case.dump.clone();
-                        side(&mut dump.values.as_mut().unwrap()[at], by);
-                        judge(&case, &dump);
-                    }
-                }
-            }
-            for _ in 0..150 {
-                let mut dump = case.dump.clone();
-                (0..2).for_each(|_| edited(&mut dump, &mut random));
-                judge(&case, &dump);
-            }
-        }
-    }
-    let [refused, accepted] = counts.get();
-    assert!(refused > 300 && accepted > 20, "{refused} {accepted}");
-}
-
-/// Raises the lower bounds of a row, with ranks that are great enough.
-fn lower(row: &mut Row, by: f64) {
-    all(row).into_iter().for_each(|bounds| {
-        let exact = bounds.lower.exact().map_or(0.0, |x| num_traits::ToPrimitive::to_f64(&x).unwrap());
-        *bounds = Bounds { lower: double(exact + by), rank: 99, ..bounds.clone() };
-    });
-}
-
-/// Lowers the upper bounds of a row.
-fn upper(row: &mut Row, by: f64) {
-    all(row).into_iter().for_each(|bounds| {
-        let exact = bounds.upper.exact().and_then(|x| num_traits::ToPrimitive::to_f64(&x)).unwrap_or(9.0);
-        *bounds = Bounds { upper: double((exact - by).max(0.0)), rank: 99, ..bounds.clone() };
-    });
-}
-
-fn all(row: &mut Row) -> Vec<&mut Bounds> {
-    row.probabilities.iter_mut().chain(row.costs.iter_mut().flatten()).collect()
-}
-
 /// A random game of `n` states and three ends, in which most steps lead to states nearby.
 fn random_game(n: i64, random: &mut ChaCha8Rng) -> String {
     let mut text = format!(
@@ -224,7 +164,7 @@ fn random_game(n: i64, random: &mut ChaCha8Rng) -> String {
 fn certificates_of_larger_games_are_accepted() {
     let mut random = ChaCha8Rng::seed_from_u64(1);
     let (mut rows, mut open) = (0, 0);
-    for at in 0..40 {
+    for at in 0..share(40).max(12) {
         let n = [12, 30, 60][at % 3];
         let (text, [first, second, third]) = (random_game(n, &mut random), [n, n + 1, n + 2]);
         let wishes = format!(
@@ -244,5 +184,5 @@ fn certificates_of_larger_games_are_accepted() {
         rows += values.clone().count();
         open += values.filter(|row| row.costs[0].is_none()).count();
     }
-    assert!(rows > 500 && open > 100, "{rows} {open}");
+    assert!(rows > share(500) && open > share(100), "{rows} {open}");
 }

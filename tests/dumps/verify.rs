@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use meliora::certify::Verdict;
-use meliora::dump::manifest::{Root, SafetyMode};
+use meliora::dump::manifest::Root;
 use meliora::dump::write_directory;
 use meliora::error::Result;
 
@@ -99,103 +99,6 @@ pub(super) fn replace(dump: &mut Dump, name: &str, by: &str) {
         }
     }
     panic!("no root is called {by}");
-}
-
-#[test]
-fn every_dump_is_accepted() {
-    for model in ["toy", "lateral", "lateral_prefix", "robot5x5"] {
-        for scope in [Scope::Reachable, Scope::All] {
-            for &safety in Safety::ALL {
-                let case = case(model, scope, safety);
-                let verdict = case.verify(&case.dump).unwrap();
-                assert_eq!(verdict.violation, None, "{model} {scope:?} {safety}");
-                assert!(verdict.checked.iter().all(|c| c.inside && c.outside), "{verdict:?}");
-            }
-        }
-    }
-}
-
-#[test]
-fn a_region_in_the_place_of_another_is_refused() {
-    let case = case("robot5x5", Scope::All, Safety::Transition);
-    for (name, by, word) in [
-        ("reachable", "positive:F", "one of `reachable`"),
-        ("initial", "target:A", "initial states"),
-        ("deadlock", "initial", "nothing is enabled"),
-        ("choices", "strategy:spi:1", "enabled"),
-        ("target:A", "target:B", "target"),
-        ("positive:D", "reachable", "layers"),
-        ("positive:D", "almost-sure:D", "step into"),
-        ("almost-sure:D", "positive:D", "strategy"),
-        ("almost-sure:F", "target:F", "strategy"),
-        ("strategy:almost-sure:D", "choices", "strategy"),
-        ("class:A", "class:B", "most preferred"),
-        ("class:nothing", "class:D+F", "most preferred"),
-        ("sasi:2", "sasi:1", "fewer than the level below"),
-        ("sasi:1", "sasi:2", "strategy"),
-        ("strategy:sasi:1", "strategy:sasi:2", "keep winning"),
-        ("sasi:unbounded", "sasi:2", "strategy"),
-        ("spi:1", "reachable", "strategy"),
-        ("spi:2", "spi:3", "strategy"),
-        ("strategy:spi:1", "choices", "keep winning"),
-        ("spi:unbounded", "sasi:unbounded", "has no choice"),
-    ] {
-        let condition = case.refused(|dump| replace(dump, name, by));
-        assert!(condition.contains(word), "{name} := {by}: {condition}");
-    }
-}
-
-#[test]
-fn layers_and_rounds_out_of_place_are_refused() {
-    let case = case("robot5x5", Scope::Reachable, Safety::Action);
-    for (name, by) in [
-        ("layers:reachable:1", "layers:reachable:2"),
-        ("layers:reachable:3", "layers:reachable:0"),
-        ("layers:positive:D:1", "layers:positive:D:2"),
-        ("layers:almost-sure:D:0", "layers:almost-sure:D:1"),
-        ("layers:sasi:1:0", "layers:sasi:1:1"),
-        ("refuted:almost-sure:D:0", "layers:almost-sure:D:0"),
-        ("refuted:sasi:1:0", "layers:sasi:1:0"),
-    ] {
-        let condition = case.refused(|dump| replace(dump, name, by));
-        assert!(
-            condition.contains("layer") || condition.contains("round") || condition.contains("reachable"),
-            "{name}: {condition}"
-        );
-    }
-}
-
-#[test]
-fn a_changed_manifest_is_refused() {
-    let case = case("robot5x5", Scope::All, Safety::Transition);
-    let refused = |change: fn(&mut Dump)| case.refused(change);
-    assert!(refused(|d| d.manifest.model.sha256 = "x".into()).contains("SHA-256 of the model"));
-    assert!(refused(|d| d.manifest.preferences.sha256 = "x".into()).contains("SHA-256 of the preferences"));
-    assert!(refused(|d| d.manifest.empty = "bottom".into()).contains("`empty`"));
-    assert!(refused(|d| d.manifest.objectives.swap(0, 1)).contains("objectives"));
-    assert!(refused(|d| d.manifest.encoding.variables[0].low = -1).contains("variables"));
-    assert!(refused(|d| d.manifest.regions.roots[3].count = "1".into()).contains("members"));
-    assert!(!refused(|d| d.manifest.safety = SafetyMode::Action).is_empty());
-    assert!(refused(|d| d.manifest.encoding.order.swap(0, 5)).contains("reachable"));
-    assert!(refused(|d| d.manifest.regions.roots.retain(|r| r.name != "class:A")).contains("class"));
-    assert!(refused(|d| d.manifest.regions.roots.retain(|r| r.name != "sasi:2")).contains("sasi"));
-}
-
-/// All regions are determined by the model, so that any change of any function must be seen.
-#[test]
-fn every_single_complemented_arc_is_refused() {
-    for (model, safety) in [("toy", Safety::Action), ("lateral_prefix", Safety::Prefix)] {
-        let case = case(model, Scope::Reachable, safety);
-        for index in 0..case.dump.regions.nodes.len() {
-            let mut dump = case.dump.clone();
-            let node = &mut dump.regions.nodes[index];
-            node.otherwise = node.otherwise.complement();
-            // A larger set of states may have some in which the model has no meaning: an error.
-            if let Ok(verdict) = case.verify(&dump) {
-                assert!(verdict.violation.is_some(), "{model}: node {}", index + 2);
-            }
-        }
-    }
 }
 
 #[test]

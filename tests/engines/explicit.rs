@@ -52,23 +52,6 @@ proptest! {
     }
 
     #[test]
-    fn every_operation_of_either_engine_is_that_of_the_reference(
-        of in numbers(160),
-        first in numbers(20),
-        second in numbers(20),
-        scope in scope(),
-        storage in prop::sample::select(Storage::ALL.to_vec()),
-    ) {
-        let mut program = random_program(&of, false);
-        let predicates = [random_predicate(&mut program, &first), random_predicate(&mut program, &second)];
-        let program = Arc::new(program);
-        let brute = Brute::new(&program, scope).unwrap();
-        let settings = Settings { scope, storage, memory: 64 << 20, ..Settings::default() };
-        let engine = AnyEngine::new(Arc::clone(&program), settings).unwrap();
-        agreement::check(&engine, &program, &brute, &predicates);
-    }
-
-    #[test]
     fn a_fault_is_found_where_there_is_one(of in numbers(160), scope in scope()) {
         let program = Arc::new(random_program(&of, true));
         let expected = Brute::new(&program, scope);

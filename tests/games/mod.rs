@@ -2,12 +2,9 @@
 //! engine against the other.
 
 mod action_values;
-mod certificates;
 mod dumps;
 mod levels;
 mod library;
-mod moves;
-mod one_player;
 mod raw;
 mod regions;
 mod shields;

@@ -16,7 +16,6 @@ pub(crate) type Strategy = FiniteMemoryStrategy<AnyEngine>;
 /// A case with its finished analyses.
 pub(crate) struct Analysed {
     pub(crate) program: Arc<Program>,
-    preferences: Arc<Preferences>,
     pub(crate) analysis: Analysis<AnyEngine>,
 }
 
@@ -26,7 +25,7 @@ impl Analysed {
         let settings = Settings { storage, ..settings(Scope::All, thresholds()[0]) };
         let engine = Arc::new(AnyEngine::new(program.clone(), settings).unwrap());
         let analysis = finished(&engine, &preferences, Options { safety, ..Options::default() });
-        Analysed { program, preferences, analysis }
+        Analysed { program, analysis }
     }
 
     pub(crate) fn strategy(&self, kind: StrategyKind, objectives: &[usize]) -> Strategy {
@@ -275,20 +274,6 @@ proptest! {
         });
     }
 
-    /// Objectives that are never left again: the opponent never weakens, so all of its choices are kept.
-    #[test]
-    fn the_opponent_never_weakens_what_is_never_left(case in some_case()) {
-        let case = never_left(case);
-        each(&case, check_that_the_opponent_keeps);
-    }
-
-    /// A remembered history, modelled literally: a state with the objectives reached so far.
-    #[test]
-    fn the_opponent_never_weakens_with_a_remembered_history(case in some_case()) {
-        let case = remembered(&Case { required: None, ..case });
-        each(&case, check_that_the_opponent_keeps);
-    }
-
     #[test]
     fn the_fixpoint_of_this_test_is_that_of_the_definition(raw in some_game(6, 2), target in proptest::collection::vec(any::<bool>(), 6)) {
         prop_assert_eq!(almost_surely(&raw, &target), raw.enforced(&target)[0].surely.clone());
@@ -360,55 +345,4 @@ fn threats(reference: &Reference<'_>) -> Vec<Option<usize>> {
         }
     }
     distances
-}
-
-/// Lets each step that would leave a target stay where it is.
-fn never_left(mut case: Case) -> Case {
-    for s in 0..case.raw.len() {
-        let leaves = |t: usize| case.targets.iter().any(|target| target[s] && !target[t]);
-        for successors in &mut case.raw.choices[s] {
-            let ends: BTreeSet<usize> = successors.iter().map(|&t| if leaves(t) { s } else { t }).collect();
-            *successors = ends.into_iter().collect();
-        }
-    }
-    case
-}
-
-/// The product of a game with the objectives reached so far.
-fn remembered(case: &Case) -> Case {
-    let bits = 1 << case.targets.len();
-    let reached = |s: usize| {
-        case.targets.iter().enumerate().map(|(bit, target)| usize::from(target[s]) << bit).sum::<usize>()
-    };
-    let states = || (0..case.raw.len()).flat_map(|s| (0..bits).map(move |before| (s, before)));
-    let of = |(s, before): (usize, usize)| -> Vec<Vec<usize>> {
-        let end = |&t: &usize| t * bits + (before | reached(t));
-        case.raw.choices[s].iter().map(|successors| successors.iter().map(end).collect()).collect()
-    };
-    let target = |bit: usize| states().map(|(_, before)| before >> bit & 1 == 1).collect();
-    Case {
-        raw: Raw {
-            theirs: states().map(|(s, _)| case.raw.theirs[s]).collect(),
-            choices: states().map(of).collect(),
-        },
-        targets: (0..case.targets.len()).map(target).collect(),
-        ..case.clone()
-    }
-}
-
-fn check_that_the_opponent_keeps(analysed: &Analysed, safety: Safety) {
-    if safety == Safety::Prefix {
-        return;
-    }
-    let mut strategy = analysed.strategy(StrategyKind::Sasi, &[]);
-    let engine = analysed.analysis.engine();
-    let states = meliora::engine::Engine::all_states(engine);
-    for state in meliora::engine::Engine::list_states(engine, &states, usize::MAX).unwrap() {
-        let memory = strategy.start(&state).unwrap();
-        let at = strategy.explain(&state, memory).unwrap();
-        for action in at.actions.iter().filter(|_| at.is_theirs() && !at.is_unsafe) {
-            let weakens = action.successors.iter().any(|s| s.change == Change::Weakening);
-            assert!(action.kept && !weakens, "{state:?} {action:?} {:?}", analysed.preferences);
-        }
-    }
 }

@@ -1,12 +1,11 @@
 //! Preferences over temporal objectives of games: outcomes against the regions of each formula, and against the
 //! model with one player.
 
-use meliora::planning::AnalysisResult;
 use proptest::prelude::*;
 use proptest::sample::select;
 
 use super::raw::{loaded, program};
-use super::temporal::{REFUSED, analysed, formula, game, mdp, without_moves};
+use super::temporal::{REFUSED, analysed, formula, game};
 use super::{settings, thresholds};
 use crate::common::prelude::*;
 
@@ -70,39 +69,6 @@ proptest! {
                 let own = engine.choices_in(&own, &class.states).unwrap();
                 let worse = engine.intersection(&engine.post(&own).unwrap(), &class.worse).unwrap();
                 prop_assert!(engine.is_empty(&worse).unwrap());
-            }
-        }
-    }
-
-    #[test]
-    fn preferences_with_an_opponent_without_moves_are_those_of_an_mdp(
-        (raw, labels) in game(6, 2),
-        formulas in [formula(), formula(), formula()],
-        required in select(vec!["", "require (x!=5) W \"q\";"]),
-    ) {
-        let wishes = preferences(&formulas, required);
-        let Some(game) = accepted(&(without_moves(&raw).text() + &labels), &wishes) else { return Ok(()) };
-        let alone = loaded(&(mdp(&raw) + &labels), &wishes);
-        // In a game, several monitors become one.
-        let is_alike = |objective: &Objective| match &objective.goal {
-            Goal::Satisfy { condition, .. } => condition.undecided().len() < 2,
-            Goal::Reach(_) => false,
-        };
-        prop_assume!(alone.1.objectives.iter().all(is_alike));
-        for safety in [Safety::Action, Safety::Prefix] {
-            let result = |(program, preferences): &(Arc<Program>, Arc<Preferences>)| {
-                let own = settings(Scope::Reachable, thresholds()[0]);
-                analysed(ExplicitEngine::new(program.clone(), own).unwrap(), preferences, safety).1
-            };
-            let (mut one, mut other) = (result(&game), result(&alone));
-            // The single monitor of a game may know earlier, or later, that a formula is satisfied whatever follows.
-            for objective in one.objectives.iter_mut().chain(&mut other.objectives) {
-                objective.target = Count::default();
-            }
-            // All counts are those of the products, which differ if the monitors do.
-            let monitors = |of: &AnalysisResult| of.objectives.iter().map(|o| o.monitor).collect::<Vec<_>>();
-            if monitors(&one) == monitors(&other) {
-                prop_assert_eq!(one, other);
             }
         }
     }

@@ -9,7 +9,6 @@ use crate::common::coverage::draw_until;
 use crate::common::graphs::{bottom_components, chain, edges};
 use crate::common::prelude::*;
 use crate::planning::literal::Set;
-use crate::planning::loaded::Loaded;
 
 /// Writes a model in which paths start in every state.
 fn model(choices: &[Vec<Vec<usize>>]) -> String {
@@ -180,61 +179,12 @@ fn check_ends(strategy: &mut FiniteMemoryStrategy, start: &[i64], scheduler: Sch
 
 #[test]
 fn an_objective_is_achieved_when_the_path_decides_it_and_not_before() {
-    let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
-    let enough = |seen: &[usize; 2]| seen[0] > 500 && seen[1] > 100;
+    let config = Config { cases: share(150) as u32, failure_persistence: None, ..Config::default() };
+    let enough = |seen: &[usize; 2]| seen[0] > share(500) && seen[1] > share(100);
     draw_until(&config, &(drawn(), any::<bool>()), enough, |(drawn, symbolic), seen| {
         let storage = if symbolic { Storage::Symbolic } else { Storage::Explicit };
         for &safety in Safety::ALL {
             check_achieved(&drawn, &analysed(&drawn, storage, safety), seen);
         }
     });
-}
-
-#[test]
-fn both_engines_explain_every_state_of_chains_and_deadlocks_with_monitors() {
-    let config = Config { cases: 150, failure_persistence: None, ..Config::default() };
-    let cases = (drawn(), prop::sample::select(Safety::ALL));
-    let enough = |deadlocks: &[usize; 2]| deadlocks.iter().all(|&n| n > 20);
-    draw_until(&config, &cases, enough, |(drawn, safety), deadlocks| {
-        let [left, right] =
-            [Storage::Symbolic, Storage::Explicit].map(|storage| analysed(&drawn, storage, safety));
-        let engine = left.1.engine();
-        let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
-        let stuck = !engine.is_empty(&engine.deadlock_states()).unwrap();
-        deadlocks[usize::from(drawn.is_chain)] += usize::from(stuck);
-        for wanted in drawn.kinds() {
-            let (mut mine, mut theirs) = (strategy(&left, wanted), strategy(&right, wanted));
-            for state in &states {
-                let memory = mine.start(state).unwrap();
-                assert_eq!(theirs.start(state).unwrap(), memory);
-                let (mine, theirs) = (mine.explain(state, memory), theirs.explain(state, memory));
-                assert_eq!(mine.unwrap(), theirs.unwrap());
-            }
-        }
-    });
-}
-
-#[test]
-fn what_every_strategy_achieves_is_still_pursued_until_it_is_achieved() {
-    let loaded = Loaded::new(
-        "mdp module m s:[0..2] init 0; [a] s=0 -> 1/2:true + 1/2:(s'=1); [b] s=1 -> (s'=2); endmodule",
-        "objective A = F s=2; history = play;",
-    );
-    let analysis = loaded.analyse(Safety::Action, None);
-    let kinds = [(StrategyKind::Plan, None), (StrategyKind::Achieve, Some(0))];
-    for (kind, objective) in kinds {
-        let program = &loaded.program;
-        let strategy = FiniteMemoryStrategy::of_kind(&analysis, program, kind, kind.levels(), objective);
-        let mut strategy = strategy.unwrap().unwrap();
-        let engine = analysis.engine();
-        let start = engine.list_states(&engine.initial_states(), 1).unwrap().remove(0);
-        let memory = strategy.start(&start).unwrap();
-        let at = strategy.explain(&start, memory).unwrap();
-        assert!(at.achieved.is_empty() && at.pick == Some(0), "{at:?}");
-        let setup = Setup { scheduler: Scheduler::Progress, runs: 100, steps: 1000, seed: 1 };
-        let mut each = |trace: &Trace| assert_eq!(trace.turns.last().unwrap().state[0], 2);
-        let tally = Simulation::new(&mut strategy, setup).run_each(&start, &mut each).unwrap();
-        let achieved = tally.achieved.unwrap();
-        assert_eq!((achieved.runs, achieved.waits[&0].least), (100, 2));
-    }
 }

@@ -2,7 +2,6 @@
 
 use meliora::model::preference::{Empty, Relation, Statement};
 use meliora::planning::result::LevelsEnd;
-use meliora::planning::strategy::permitted_at_start;
 use meliora::planning::{Event, Kind, Phase, Rank, Safety};
 
 use crate::planning::tiny::Mdp;
@@ -17,24 +16,6 @@ pub(crate) fn toy() -> Case {
     let from_start = vec![vec![1, 5], vec![2, 3], vec![3, 4]];
     let mdp = Mdp::new(vec![from_start, vec![], vec![], vec![], vec![], vec![vec![1]]]);
     Case { mdp, targets: vec![vec![1, 5], vec![2, 4], vec![3]], statements: above(&[(1, 0), (2, 0)]) }
-}
-
-#[test]
-fn the_toy_has_one_improvement_by_b_or_c() {
-    let case = toy();
-    let engine = case.engine();
-    for &empty in Empty::ALL {
-        let preferences = case.preferences(&engine, empty);
-        for &safety in Safety::ALL {
-            let analysis = analyse(&engine, &preferences, safety);
-            let sasi = analysis.levels(Kind::Sasi);
-            assert_eq!(sasi.rank(&engine, &[0]).unwrap(), Rank::Finite(1));
-            let (classes, improvement) = (analysis.classes().unwrap(), analysis.improvement().unwrap());
-            let permitted =
-                permitted_at_start(&*engine, Kind::Sasi, classes, improvement, &sasi.found[0]).unwrap();
-            assert_eq!(engine.rows(&permitted)[0], [1, 2]);
-        }
-    }
 }
 
 /// Each of three states may wait, or try the next one, which improves on it, around a circle; a try may

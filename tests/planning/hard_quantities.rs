@@ -1,5 +1,5 @@
 //! Quantities of models that are hard for a solver: rare events, long chains, ties, components with
-//! thousands of states.
+//! thousands of states, dozens of levels.
 
 use meliora::quantities::{Cost, Earned, Interval, Node};
 
@@ -143,4 +143,40 @@ fn what_weakens_is_lost_in_a_large_component() {
     let (values, start) = values(&loaded, Safety::Transition, 1, false);
     // The smaller root of 0.4 - x + 0.5 x² = 0, to the power of 20.
     is_about(values.probability(start, 1).interval, (1.0 - 0.2f64.sqrt()).powi(20));
+}
+
+/// Checks the probability to climb a ladder: each try climbs or is stuck, and only the goal of the own rung is certain.
+fn climbs<E: Engine>(engine: &Arc<E>, program: &Program, preferences: &Arc<Preferences>, safety: Safety) {
+    let analysis = finished(engine, preferences, Options { safety, ..Options::default() });
+    let mut values = Values::new(ValueOptions { levels: RUNGS, exact: true, within: None });
+    let bottom = vec![0; program.variables.len()];
+    values.explore(&analysis, program, std::slice::from_ref(&bottom), &Steps).unwrap();
+    values.solve(engine.as_ref()).unwrap();
+    let node = values.start(&bottom).unwrap();
+    for k in [1, 62, 63, 64, 65, RUNGS] {
+        let half = Ratio::new(1.into(), 2.into());
+        assert_eq!(exact(&values.probability(node, k)), num_traits::pow(half, k), "{safety:?}, P_{k}");
+    }
+}
+
+/// More levels and classes than a word has bits.
+const RUNGS: usize = 70;
+
+#[test]
+fn many_levels_and_classes_have_their_probabilities() {
+    let model = format!(
+        "mdp module m n : [0..{RUNGS}]; stuck : bool; done : bool;
+           [try] n<{RUNGS} & !stuck & !done -> 1/2:(n'=n+1) + 1/2:(stuck'=true);
+           [take] !done -> (done'=true); [] done -> true; endmodule"
+    );
+    let goal = |n: usize| format!("objective g{n} = F (done & n={n});\n");
+    let order: Vec<String> = (0..=RUNGS).rev().map(|n| format!("g{n}")).collect();
+    let goals: String = (0..=RUNGS).map(goal).collect();
+    let (program, preferences) = task(model, format!("{goals}prefer {};", order.join(" > ")));
+    let symbolic = Arc::new(SymbolicEngine::new(program.clone(), Settings::default()).unwrap());
+    let explicit = Arc::new(ExplicitEngine::new(program.clone(), Settings::default()).unwrap());
+    for safety in [Safety::Action, Safety::Prefix] {
+        climbs(&symbolic, &program, &preferences, safety);
+        climbs(&explicit, &program, &preferences, safety);
+    }
 }

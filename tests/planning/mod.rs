@@ -2,33 +2,25 @@
 //! engines of the library.
 
 mod achieving;
-mod chains;
 mod choosing;
-mod commitments;
 mod differential;
 mod embed;
 mod examples;
 mod factory;
-mod fewest_steps;
 mod generate;
 mod hard_quantities;
 mod induced;
 mod joint;
-mod larger;
 mod literal;
 mod loaded;
 mod names;
 mod phases;
-mod plays;
 mod preorder;
 mod projections;
 mod quantities;
-mod quantity_facts;
 mod reasons;
-mod regions;
 mod requirements;
 mod restricted;
-mod robot;
 mod shield_labels;
 mod shields;
 mod simulations;

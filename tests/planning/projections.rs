@@ -27,44 +27,6 @@ fn with_projections(
 }
 
 #[test]
-fn cells_say_of_each_state_what_the_sets_say() {
-    with_projections(Scope::All, usize::MAX, |engine, analysis, projections| {
-        assert!(!projections.projected && projections.rows_up);
-        for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
-            let view = state.iter().copied().map(Some).collect();
-            let cell = projections.cell(&view).unwrap();
-            let rank = |kind| analysis.levels(kind).rank(engine, &state).unwrap();
-            assert_eq!((cell.sasi, cell.spi), (rank(Kind::Sasi), rank(Kind::Spi)), "{state:?}");
-            let class = analysis.classes().unwrap().of(engine, &state).unwrap().unwrap();
-            assert_eq!(cell.classes, [class], "{state:?}");
-        }
-    });
-}
-
-#[test]
-fn arrows_are_the_permitted_actions_and_point_where_they_lead() {
-    with_projections(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
-        let directions: Vec<(&str, i8, i8)> =
-            projections.choices.iter().map(|c| (c.name.as_str(), c.row, c.column)).collect();
-        assert_eq!(directions[..4], [("N", 1, 0), ("S", -1, 0), ("E", 0, 1), ("W", 0, -1)]);
-        for state in engine.list_states(&engine.all_states(), usize::MAX).unwrap() {
-            let view = state.iter().copied().map(Some).collect();
-            let prospects = analysis.prospects(engine.program(), &state).unwrap();
-            for (plan, ladder) in [(prospects.sasi, &projections.sasi), (prospects.spi, &projections.spi)] {
-                let here = projections.choices.iter().zip(&ladder.permitted);
-                let names: Vec<&str> = here
-                    .filter(|(_, e)| projections.holds(**e, &view))
-                    .map(|(c, _)| c.name.as_str())
-                    .collect();
-                let plan = plan.unwrap().actions;
-                let plain: Vec<&str> = plan.iter().map(|a| a.split('(').next().unwrap()).collect();
-                assert_eq!(names, plain, "{state:?}");
-            }
-        }
-    });
-}
-
-#[test]
 fn open_variables_give_the_best_that_some_value_allows() {
     with_projections(Scope::Reachable, usize::MAX, |engine, analysis, projections| {
         let mut best: BTreeMap<(i64, i64), usize> = BTreeMap::new();

@@ -147,3 +147,21 @@ fn a_change_under_prefix_is_relative_to_the_reference() {
         assert!(at.actions[0].successors.iter().all(|s| s.gained.is_empty() == (safety == Safety::Action)));
     }
 }
+
+#[test]
+fn a_choice_that_is_not_safe_names_the_successor_that_is_not() {
+    // From 1 the path must continue to 2, where A can not be reached any more.
+    let text = "mdp module m x : [0..2] init 0; [stay] x=0 -> true; [go] x=0 -> 0.5: true + 0.5: (x'=1);\n\
+        [on] x=1 -> (x'=2); endmodule";
+    let (program, preferences) = task(text, "objective A = F x=1;");
+    let settings = Settings { order: Order::Declared, ..Settings::default() };
+    let engine = Arc::new(SymbolicEngine::new(program.clone(), settings).unwrap());
+    let options = Options { safety: Safety::Prefix, ..Options::default() };
+    let analysis = finished(&engine, &preferences, options);
+    let mut strategy = FiniteMemoryStrategy::new(&analysis, &program, Kind::Sasi).unwrap();
+    let memory = strategy.start(&[0]).unwrap();
+    let actions = strategy.explain(&[0], memory).unwrap().actions;
+    let go = actions.iter().find(|a| a.name == "go").unwrap();
+    let bad = go.successors.iter().position(|s| s.state == [1]);
+    assert_eq!(go.verdict, Verdict::Unsafe(bad));
+}

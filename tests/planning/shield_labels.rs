@@ -209,6 +209,7 @@ fn commands(world: &World) -> String {
 fn what_is_pursued_is_achieved_by_every_choice_of_every_permitted_label() {
     let aims = [
         (StrategyKind::Plan, None),
+        (StrategyKind::Plan, Some("C")),
         (StrategyKind::Achieve, Some("A")),
         (StrategyKind::Achieve, Some("B")),
         (StrategyKind::Achieve, Some("A,C")),

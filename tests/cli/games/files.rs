@@ -3,34 +3,6 @@
 use super::{GAME, at, scratch};
 use crate::common::prelude::*;
 
-#[test]
-fn a_game_is_the_same_after_writing_and_reading() {
-    let scratch = scratch();
-    let facts = |model: &str, coalition: &str| {
-        let json =
-            at(&scratch, &["check", model, "@g.pref", "--json", "--coalition", coalition]).expect(0).json();
-        let deadlocks = json["counts"]["deadlocks"].clone();
-        let players = json["players"].as_array().unwrap().iter();
-        let players: Vec<_> = players.map(|p| json!([p["ours"], p["states"]])).collect();
-        let of = ["objectives", "classes", "improvement", "sasi", "spi"].map(|name| json[name].clone());
-        let owner = json["initial"][0]["owner"].clone();
-        (players, deadlocks, of, owner, json["initial"][0]["sasi_actions"].clone())
-    };
-    for coalition in ["1", "2", "1,2"] {
-        for (format, file) in [("umb", "@dump/model.umb"), ("explicit", "@dump/model.tra")] {
-            let arguments = ["--format", format, "--out", "@dump", "--coalition", coalition];
-            at(&scratch, &[&["export", "@g.prism", "@g.pref"], &arguments[..]].concat()).expect(0);
-            assert_eq!(facts(file, coalition), facts("@g.prism", coalition), "{format} {coalition}");
-        }
-    }
-    let info = at(&scratch, &["info", "@dump/model.umb", "--json"]).expect(0).json();
-    assert_eq!(info["players"][1]["name"], json!("them"));
-    let tra = scratch.read("dump/model.tra");
-    assert!(tra.starts_with("4:2 6 7\n0:0 0 1 1 a\n"), "{tra}");
-    at(&scratch, &["reach", "@dump/model.umb", "--property", "<<them>> P<1 [ F x=3 ]"]).expect(0);
-    at(&scratch, &["compare", "@dump/model.tra", "@g.pref", "--coalition", "p2"]).expect(0);
-}
-
 /// Only dumps had the region `bad`; models state by state have all regions as labels.
 #[test]
 fn the_bad_states_of_a_game_are_a_label_of_its_files() {

@@ -4,7 +4,7 @@ use meliora::dump::manifest::{Root, RootKind};
 use meliora::model::trend::Trend;
 
 use crate::common::prelude::*;
-use crate::dumps::mutation::sealed;
+use crate::dumps::shop::sealed;
 
 /// The members of a set. A state is its values in the order of the manifest; a choice has its number before them.
 pub(super) type Members = BTreeSet<Vec<i64>>;

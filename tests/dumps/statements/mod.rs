@@ -10,8 +10,9 @@ mod values;
 
 use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
 
+use crate::common::amount::is_long;
 use crate::common::prelude::*;
-use crate::dumps::mutation::{Named, Shop, sealed, text};
+use crate::dumps::shop::{Named, Shop, sealed, text};
 
 /// A dump in a directory, with the model that it was made from.
 struct Place {
@@ -77,6 +78,9 @@ const COIN: &str = "mdp module m x:[0..4] init 0;
       [go] x=0 -> 0.5:(x'=1) + 0.5:(x'=2); [back] x=1 -> (x'=0); [on] x=1 -> (x'=3); [stay] x=2 | x=3 -> true;
       [slip] x=3 -> (x'=4); endmodule";
 const PATHS: &str = "objective A = (G F x=0) | (F G x=2); objective B = F x=3; prefer B > A; require G x!=4;";
+/// Formulas that are owed after each step, or must last, alone and joined; and a requirement over two steps.
+const NESTED: &str = "objective A = (x!=3 U (G x=2)) & (F x=2); objective B = G (x=1 => F (x=0 & G F x=2));
+    prefer A > B; require G (x=0 => X x!=1);";
 /// The opponent decides how long it takes, and can weaken in a state of its own.
 const GAME: &str = "smg player us m, [go], [risk] endplayer player them [wind], [drop] endplayer
     module m at:[0..6];
@@ -107,11 +111,20 @@ fn places() -> Vec<Place> {
         Place::new(STEPS, WISHES, named("all", Safety::Transition, None, "K=4")),
         Place::new(STEPS, WISHES, named("reachable", Safety::Prefix, Some(1), "K=4")),
         Place::new(COIN, PATHS, named("reachable", Safety::Action, None, "")),
+        Place::new(COIN, NESTED, named("all", Safety::Prefix, None, "")),
         Place::new(GAME, SIDES, named("reachable", Safety::Action, None, "")),
         Place::new(GAME, &format!("coalition them; {SIDES}"), named("all", Safety::Prefix, None, "")),
         Place::new(CHAIN, ROUND, named("reachable", Safety::Action, None, "")),
         Place::new(RING, BETTER, named("all", Safety::Transition, None, "")),
     ]
+}
+
+/// By default, one of this many statements is edited.
+const EACH: usize = 15;
+
+/// The number of statements that are edited of `all`, at least.
+fn least(all: usize) -> usize {
+    if is_long() { all } else { all / EACH }
 }
 
 /// The statements of one kind that were edited, the edits, and how many of these were refused.
@@ -163,7 +176,7 @@ impl Counts {
     /// Returns whether the next statement, of any kind, is tested.
     fn takes_more(&mut self) -> bool {
         self.seen += 1;
-        takes(self.seen)
+        takes_one_of(EACH, self.seen)
     }
 
     /// Records the edits of a statement: whether each was refused.

@@ -154,10 +154,6 @@ fn same_sets(honest: &Dump, forged: &Dump, part: Part, free: &dyn Fn(&str) -> bo
             .all(|(x, y)| (&x.0, x.1) == (&y.0, y.1) && same(left, x.2, right, y.2, &mut BTreeMap::new()))
 }
 
-pub(super) fn edge(number: i32) -> Edge {
-    Edge::new(i64::from(number)).unwrap()
-}
-
 /// Returns true if two functions of two diagrams are the same.
 fn same(a: &Diagram, x: Edge, b: &Diagram, y: Edge, known: &mut BTreeMap<(i32, i32), bool>) -> bool {
     if x.is_constant() || y.is_constant() {
@@ -206,4 +202,17 @@ pub(crate) fn text(diagram: &Diagram) -> String {
     let mut bytes = Vec::new();
     dddmp::write(diagram, &mut bytes).unwrap();
     String::from_utf8(bytes).unwrap()
+}
+
+/// The function with one more member or one less.
+pub(crate) fn toggled(diagram: &mut Diagram, from: Edge, level: u32, bits: u64) -> Edge {
+    if level as usize == diagram.variables.len() {
+        return from.complement();
+    }
+    let (then, otherwise) = diagram.cofactors(from, level);
+    let (then, otherwise) = match bits >> level & 1 {
+        1 => (toggled(diagram, then, level + 1, bits), otherwise),
+        _ => (then, toggled(diagram, otherwise, level + 1, bits)),
+    };
+    if then == otherwise { then } else { diagram.push(level, then, otherwise).unwrap() }
 }
