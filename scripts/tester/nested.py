@@ -234,7 +234,7 @@ def nested(context):
 
 
 def answered(context, file, expected, allowed=(0, 1)):
-    """The answers to a file of properties under both engines, each with what is expected."""
+    """The answers to a file of properties under both engines, each with the expected answer."""
     for engine in ("explicit", "symbolic"):
         options = ["--properties", file, "--engine", engine, *context.program.settings("scope", "threads")]
         report = context.program.ask("reach", context.program.model, *options, allowed=allowed)

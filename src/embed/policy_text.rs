@@ -77,10 +77,10 @@ pub fn write_opponent(
     }
 }
 
-/// Returns what is written piece by piece as a whole; `None` if that is nothing.
+/// Returns the pieces of a text as one; `None` if there are none.
 ///
 /// # Errors
-/// Those of `writing`.
+/// The errors of `writing`.
 pub fn whole_text(writing: impl FnOnce(&mut Piece<'_>) -> Result<()>) -> Result<Option<String>> {
     let mut all: Option<String> = None;
     writing(&mut |piece| {

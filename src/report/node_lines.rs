@@ -90,7 +90,7 @@ pub(super) struct NodeLines<'w> {
     /// The variables of monitors; `None` without monitors.
     memory: Option<Vec<Entries<'w>>>,
     actions: AHashMap<String, String>,
-    /// The texts of probabilities by address; what is there stays.
+    /// The texts of probabilities by address; known texts stay.
     probabilities: AHashMap<usize, (Arc<Ratio>, String)>,
     digits: itoa::Buffer,
 }

@@ -89,7 +89,7 @@ impl PolicyNodes {
     /// Visits all nodes with their numbers, in this order.
     ///
     /// # Errors
-    /// Those of the visits.
+    /// The errors of the visits.
     pub fn each(&self, mut visit: impl FnMut(usize, &PolicyNode) -> Result<()>) -> Result<()> {
         let (state, memory, choices) = (State::new(), State::new(), Vec::new());
         let mut node = PolicyNode { state, memory, steps: 0, round: 0, theirs: false, choices };
