@@ -224,3 +224,18 @@ fn cycles_of_many_formulas_are_reported_shortly() {
     run.says("the formula `f0` depends on itself");
     assert!(run.stderr.contains("more) -> f0") && run.stderr.len() < 100_000, "{} bytes", run.stderr.len());
 }
+
+/// A fraction of 400 digits was said to have no upper bound, although the report had it.
+#[test]
+fn a_fraction_beyond_all_doubles_is_a_value() {
+    let model = "mdp module m x:[0..2] init 0; [] x=0 -> 1e-400:(x'=2) + (1-1e-400):(x'=1); [] x=1 -> (x'=0); endmodule";
+    let scratch = Scratch::new(&[("m", model), ("p", "objective A = F x=1;\nempty = gain;")]);
+    let values = |options: &[&str]| {
+        let mut command = executable();
+        command.args(["values", "--json", "--safety", "action"]).args(options);
+        Finished::of(command.args([scratch.show("m"), scratch.show("p")]))
+    };
+    values(&[]).expect(4);
+    let number = &values(&["--exact"]).expect(0).json()["states"][0]["number"];
+    assert_eq!(number["exact"], json!("9".repeat(400)), "(1-p)/p with p = 10^-400");
+}

@@ -92,9 +92,13 @@ impl Bound {
         Bound { lower: bounds.interval.lower, upper: bounds.interval.upper, exact: fraction }
     }
 
-    /// Returns the width, divided by the value where that is above 1.
+    /// Returns the width, divided by the value where that is above 1; 0 of a fraction, which may exceed all doubles.
     pub fn width(&self) -> f64 {
-        if self.lower == self.upper { 0.0 } else { (self.upper - self.lower) / self.lower.max(1.0) }
+        if self.lower == self.upper || self.exact.is_some() {
+            0.0
+        } else {
+            (self.upper - self.lower) / self.lower.max(1.0)
+        }
     }
 }
 
