@@ -323,7 +323,7 @@ impl<J: Job + Listener> Work<'_, J> {
 
     /// Returns whether strategies of one operator are asked for.
     fn wants_optimal(&self) -> bool {
-        self.options.settings.keeps_choices
+        self.asked.wants_optimal(self.options.strategies)
     }
 
     /// Returns whether a property is answered over the states of the model, although its request has monitors.

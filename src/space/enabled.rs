@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use ahash::AHashMap;
+use smallvec::SmallVec;
 
 use super::meter::{Array, Meter};
 use meliora_base::error::Result;
@@ -75,33 +76,26 @@ impl Enabled {
         self.lists.len()
     }
 
-    /// Returns the synchronisations of a list, each with the number of its choices.
-    pub fn synchronisations(&self, program: &Program, list: u32) -> impl Iterator<Item = (usize, usize)> {
+    /// Returns the synchronisations of a list, each with the enabled commands of its factors.
+    fn parts(&self, program: &Program, list: u32) -> impl Iterator<Item = Part<'_>> {
         let mut key = self.key(list);
         std::iter::from_fn(move || {
-            let (&index, mut rest) = key.split_first()?;
-            let mut choices = 1;
-            for _ in &program.synchronisations[index as usize].factors {
-                let (&count, commands) = rest.split_first()?;
-                choices *= count as usize;
-                rest = &commands[count as usize..];
-            }
-            key = rest;
-            Some((index as usize, choices))
+            first_part(&mut key, |index| program.synchronisations[index].factors.len())
         })
+    }
+
+    /// Returns the synchronisations of a list, each with the number of its choices.
+    pub fn synchronisations(&self, program: &Program, list: u32) -> impl Iterator<Item = (usize, usize)> {
+        self.parts(program, list)
+            .map(|(index, factors)| (index, factors.iter().map(|own| own.len()).product()))
     }
 
     /// Returns the choices of a list, in the order of [`Program::steps`]; none of a deadlock.
     pub fn combinations(&self, program: &Program, list: u32) -> Vec<Combination> {
-        let (mut found, mut key) = (Vec::new(), &*self.lists[list as usize]);
-        while let Some((&index, rest)) = key.split_first() {
-            key = rest;
-            let synchronisation = index as usize;
+        let mut found = Vec::new();
+        for (synchronisation, factors) in self.parts(program, list) {
             let mut combinations: Vec<Vec<CommandId>> = vec![Vec::new()];
-            for _ in &program.synchronisations[synchronisation].factors {
-                let Some((&count, rest)) = key.split_first() else { return found };
-                let (commands, rest) = rest.split_at(count as usize);
-                key = rest;
+            for commands in factors {
                 let with = |own: &Vec<CommandId>| {
                     let own = own.clone();
                     commands
@@ -119,6 +113,23 @@ impl Enabled {
     pub fn names(&self, program: &Program, list: u32) -> Vec<String> {
         names_of(program, &self.combinations(program, list))
     }
+}
+
+/// A synchronisation, with the enabled commands of its factors.
+type Part<'k> = (usize, SmallVec<[&'k [u32]; 4]>);
+
+/// Takes the first synchronisation from a list, given the number of the factors of each.
+pub(crate) fn first_part<'k>(key: &mut &'k [u32], factors: impl Fn(usize) -> usize) -> Option<Part<'k>> {
+    let (&index, mut rest) = key.split_first()?;
+    let mut commands = SmallVec::new();
+    for _ in 0..factors(index as usize) {
+        let (&count, own) = rest.split_first()?;
+        let (own, left) = own.split_at(count as usize);
+        commands.push(own);
+        rest = left;
+    }
+    *key = rest;
+    Some((index as usize, commands))
 }
 
 /// Returns the names of the choices of a state, as [`Program::choices`] does.

@@ -2,6 +2,7 @@
 
 use smallvec::SmallVec;
 
+use super::enabled::first_part;
 use super::guards::Candidate;
 use super::layout::Layout;
 use super::machine::Machine;
@@ -148,16 +149,14 @@ impl<'a, const W: usize> Stepper<'a, W> {
         let (prepared, now) = (self.prepared, self.now);
         let mut among = self.spare.pop().unwrap_or_default();
         among.clear();
-        while let Some((&index, rest)) = key.split_first() {
-            among.push(index);
-            key = rest;
-            for &factor in &prepared.synchronisations[index as usize] {
-                let Some((&count, rest)) = key.split_first() else { break };
-                let (commands, rest) = rest.split_at(count as usize);
-                key = rest;
+        while let Some((index, factors)) =
+            first_part(&mut key, |index| prepared.synchronisations[index].len())
+        {
+            among.push(index as u32);
+            for (&factor, commands) in prepared.synchronisations[index].iter().zip(factors) {
                 let start = self.enabled.len() as u32;
                 self.enabled.extend_from_slice(commands);
-                self.factors[factor] = Slice { stamp: now, start, end: start + count };
+                self.factors[factor] = Slice { stamp: now, start, end: self.enabled.len() as u32 };
             }
         }
         self.expand_among(among.iter().map(|&index| index as usize))?;

@@ -16,7 +16,6 @@ use meliora_space::weighted::{Codec, Steps, Walker};
 use num_traits::Zero;
 
 use super::codes::{Codes, marks};
-
 use super::cost::check_rewards;
 use super::earnings::Earnings;
 use super::game_graph::Edge;
