@@ -29,6 +29,12 @@ pub trait ProgressSink: Send + Sync {
         None
     }
 
+    /// Ends the other ways to the same answer, if several race: the work that follows costs the same on each of them.
+    /// Returns the bytes of memory that this way has from then on; `None` without a race.
+    fn settle(&self) -> Option<u64> {
+        None
+    }
+
     /// Receives the progress: a phase, and its state in words.
     fn progress(&self, _phase: &'static str, _detail: &dyn Fn() -> String) {}
 }

@@ -6,6 +6,8 @@
 //! to know all states leads from then on: it is the likeliest to be the first to end. So it has a multiple of its steps so
 //! far alone, and half of all steps after these. If it knows in how many steps the first way is likely to end, it has at
 //! most as many alone, and the first way the next ones.
+//!
+//! A way whose further work costs the same on each of them *settles* the race: it goes on alone, with the memory of all.
 
 #[cfg(test)]
 mod tests;
@@ -41,6 +43,8 @@ pub(crate) struct Rules {
     pub(crate) turn: u64,
     /// The steps that the leader has alone, for each step in which it has found all states.
     pub(crate) lead: u64,
+    /// The bytes of all ways together.
+    pub(crate) memory: u64,
 }
 
 /// The part of a way of all steps.
@@ -78,6 +82,13 @@ struct Race {
     changed: Condvar,
     /// The way that has won, [`OPEN`], [`NOBODY`] or [`FREE`].
     winner: AtomicUsize,
+}
+
+impl Race {
+    /// Returns whether no way has won or settled the race.
+    fn is_open(&self) -> bool {
+        self.winner.load(Relaxed) == OPEN
+    }
 }
 
 struct State {
@@ -128,6 +139,11 @@ enum Over<T> {
 impl State {
     fn is_open(&self, way: usize) -> bool {
         self.ways[way].phase != Phase::Ended
+    }
+
+    /// Returns whether a way has begun and not ended.
+    fn is_under_way(&self, way: usize) -> bool {
+        matches!(self.ways[way].phase, Phase::Waits | Phase::Runs)
     }
 
     fn waits(&self, way: usize) -> bool {
@@ -215,9 +231,7 @@ impl Lane {
         let own = &mut state.ways[self.way];
         (own.phase, own.spent) = (Phase::Waits, spent);
         self.race.changed.notify_all();
-        let waits = |state: &mut State| {
-            state.ways[self.way].phase == Phase::Waits && self.race.winner.load(Relaxed) == OPEN
-        };
+        let waits = |state: &mut State| state.ways[self.way].phase == Phase::Waits && self.race.is_open();
         drop(self.race.changed.wait_while(state, waits));
     }
 
@@ -253,6 +267,21 @@ impl ProgressSink for Lane {
 
     fn clock(&self) -> Duration {
         self.sink.clock()
+    }
+
+    fn settle(&self) -> Option<u64> {
+        let winner = self.race.winner.compare_exchange(OPEN, self.way, Relaxed, Relaxed);
+        if self.is_last || winner.is_err_and(|winner| winner != self.way) {
+            return None;
+        }
+        let mut state = lock(&self.race.state);
+        self.race.changed.notify_all();
+        let others = (0..state.ways.len()).filter(|&way| way != self.way);
+        while others.clone().any(|way| state.is_under_way(way)) && self.sink.stop().is_none() {
+            let waited = self.race.changed.wait_timeout(state, CHECKS);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+        Some(state.rules.memory)
     }
 
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
@@ -327,6 +356,9 @@ impl<T: Send> Field<T> {
                     match end {
                         End::Answer(found) => drop(over.get_or_insert((way, Over::Answer(found)))),
                         End::Panic(panic) => over = Some((NOBODY, Over::Panic(panic))),
+                        End::Leaves(Some(limit)) if race.winner.load(Relaxed) == way => {
+                            over = Some((NOBODY, Over::Answer(Err(limit.into()))));
+                        }
                         End::Leaves(limit) => left.extend(limit.map(|limit| (way, limit))),
                     }
                 }
@@ -334,7 +366,7 @@ impl<T: Send> Field<T> {
                 if let Some(over) = over {
                     break over;
                 }
-                while let Some((way, until)) = state.next() {
+                while let Some((way, until)) = state.next().filter(|_| race.is_open()) {
                     let is_new = state.ways[way].phase == Phase::New;
                     lanes[way].until.store(until, Relaxed);
                     state.ways[way].phase = Phase::Runs;

@@ -169,6 +169,7 @@ fn raced<T: Send>(
         alone: if question.lists_states { alone + turn } else { alone },
         turn,
         lead: settings.thresholds.lead,
+        memory: settings.memory,
     };
     let mut orders = 0;
     let share = |way: &Way| {

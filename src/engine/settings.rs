@@ -64,6 +64,12 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Ends the other ways of a race before work that costs the same on each of them. Returns the bytes of memory that this
+    /// way has from then on.
+    pub fn settle(&self) -> u64 {
+        self.sink.settle().unwrap_or(self.memory)
+    }
+
     /// Returns the extent and the limits of an exploration.
     pub(crate) fn limits(&self) -> Limits {
         Limits {

@@ -9,7 +9,7 @@ use meliora_base::progress::{CancellationToken, NoProgress};
 const THREADS: [usize; 4] = [1, 2, 3, 8];
 
 fn rules(threads: usize) -> Rules {
-    Rules { threads, alone: 4, turn: 8, lead: 2 }
+    Rules { threads, alone: 4, turn: 8, lead: 2, memory: 7 }
 }
 
 /// Three ways, of which the last one is the least likely.
@@ -237,4 +237,43 @@ fn no_other_way_leads_once_the_leader_has_the_answer() {
     };
     assert_eq!(ended(true).lead(1, None), None);
     assert!(ended(false).lead(1, None).is_some());
+}
+
+#[test]
+fn a_way_that_settles_the_race_goes_on_alone_with_all_memory() {
+    for threads in THREADS {
+        for end in [Ok(7), Err(Limit::Memory { what: "full".to_owned() })] {
+            let begun = Mutex::new(Vec::new());
+            let found = run(threads, &|lane| {
+                lock(&begun).push(lane.way);
+                let steps = if lane.way == 1 { 30 } else { u64::MAX };
+                work(lane, steps)?;
+                assert_eq!([lane.settle(), lane.settle()], [Some(7); 2]);
+                let before = lock(&begun).len();
+                work(lane, 1000)?;
+                assert_eq!(lock(&begun).len(), before, "{threads}");
+                end.clone().map(Some).map_err(Error::from)
+            });
+            // Nobody begins again.
+            assert_eq!(lock(&begun).iter().filter(|&&way| way == 1).count(), 1);
+            match end {
+                Ok(answer) => assert_eq!(found.unwrap(), answer),
+                Err(limit) => assert_eq!(found.unwrap_err().to_string(), Error::from(limit).to_string()),
+            }
+        }
+    }
+}
+
+/// A way that is late is told to end, and has no memory to give.
+#[test]
+fn one_way_settles_a_race() {
+    for threads in THREADS {
+        let settled = Mutex::new(Vec::new());
+        let found = run(threads, &|lane| {
+            work(lane, 20)?;
+            lock(&settled).extend(lane.settle().map(|_| lane.way));
+            work(lane, 100).map(|()| Some(lane.way))
+        });
+        assert_eq!(*lock(&settled), [found.unwrap()], "{threads}");
+    }
 }

@@ -182,7 +182,7 @@ impl Values {
             return Err(Error::Usage(message));
         }
         let facts = Facts::new(analysis, program, self.options.levels)?;
-        let mut meter = Meter::new(analysis.engine());
+        let mut meter = Meter::settled(analysis.engine());
         let (graph, places) = (&mut self.graph, &mut self.places);
         let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
         let starts = start(&mut explorer, &facts);
@@ -197,7 +197,7 @@ impl Values {
 
     /// Computes all quantities. The results before an error are kept.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
-        self.solve_with(&mut Meter::new(engine))
+        self.solve_with(&mut Meter::settled(engine))
     }
 
     /// Does the same with a meter. It does not depend on the engine, so it is compiled once.
@@ -222,7 +222,7 @@ impl Values {
         if self.graph.theirs.is_some() {
             return Ok(());
         }
-        self.decide_ties_with(&mut Meter::new(engine))
+        self.decide_ties_with(&mut Meter::settled(engine))
     }
 
     fn decide_ties_with(&mut self, meter: &mut Meter<'_>) -> Result<()> {

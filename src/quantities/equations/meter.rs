@@ -17,9 +17,17 @@ pub(crate) struct Meter<'o> {
 impl<'o> Meter<'o> {
     /// Creates a meter for what an engine leaves of its memory.
     pub(crate) fn new<E: Engine>(engine: &'o E) -> Self {
-        let settings = engine.settings();
-        let limit = settings.memory.saturating_sub(engine.usage().bytes).max(settings.memory / 4);
-        Meter { poll: Poll::new(&*settings.sink), bytes: 0, limit }
+        Meter::within(engine.settings().memory, engine)
+    }
+
+    /// Creates a meter for what an engine leaves of all memory, for work that costs the same on each way of a race.
+    pub(crate) fn settled<E: Engine>(engine: &'o E) -> Self {
+        Meter::within(engine.settings().settle(), engine)
+    }
+
+    fn within<E: Engine>(memory: u64, engine: &'o E) -> Self {
+        let limit = memory.saturating_sub(engine.usage().bytes).max(memory / 4);
+        Meter { poll: Poll::new(&*engine.settings().sink), bytes: 0, limit }
     }
 
     /// Creates a meter for some bytes.
