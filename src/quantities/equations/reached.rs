@@ -16,11 +16,11 @@ use num_traits::Zero;
 pub(crate) const END: u32 = 0;
 
 /// Not a node: a state whose part of the engine is not known.
-const UNKNOWN: u32 = LOST - 1;
+const UNKNOWN: u32 = u32::MAX - 1;
 /// Not a node: a state in which paths continue, and which has no node yet.
-const WAITING: u32 = LOST - 2;
+const WAITING: u32 = u32::MAX - 2;
 /// Not a node: a state that is none of the engine.
-const OUTSIDE: u32 = LOST - 3;
+const OUTSIDE: u32 = u32::MAX - 3;
 /// The number of the set of the opponent's states, after those of the parts.
 const THEIRS: u32 = 3;
 
@@ -179,6 +179,8 @@ impl<'a, 'm> Growing<'a, 'm> {
     fn add(&mut self, number: u32) -> Result<u32> {
         let sure = if self.cost.is_some() { EVERY } else { 0 };
         let node = self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)?;
+        // The greatest numbers are constants.
+        self.meter.number(node as usize + 3)?;
         self.meter.take(size_of::<u32>())?;
         self.numbers.push(number);
         self.nodes[number as usize] = node;
