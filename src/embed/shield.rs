@@ -52,7 +52,8 @@ impl Model {
             question.answer(engine, program, PRECISION, limit).map(|(shield, _)| shield)
         };
         let kept = Kept::new((), Arc::clone(&settings.sink));
-        let (settings, early) = (&settings, Early::default());
+        let settings = &Settings { keeps_choices: true, keeps_probabilities: true, ..settings };
+        let early = Early::default();
         Raced { program, settings, selected: engine, lists_states: true, early, answer: &answer }.run(&kept)
     }
 }

@@ -1,10 +1,12 @@
 //! Tests of many states for membership in several sets.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::engine::Engine;
 use meliora_base::error::Result;
 use meliora_space::enabled::Enabled;
+use meliora_space::probabilities::Probabilities;
 
 /// The greatest number of sets of a [`Membership`].
 pub const MOST: usize = u64::BITS as usize;
@@ -38,18 +40,17 @@ pub trait Numbers {
     /// Returns the sets that contain a state: bit i for set i.
     fn marks(&self, number: u32) -> u64;
 
-    /// Returns the number of choices of a state.
-    fn choices(&self, number: u32) -> usize;
+    /// Returns the numbers of the choices of a state, in the order of [`Program::steps`](meliora_model::Program::steps).
+    fn choices(&self, number: u32) -> Range<usize>;
 
     /// Returns the choices of the states by their commands, if the engine keeps them.
     fn kept_choices(&self) -> Option<&Arc<Enabled>>;
 
-    /// Returns whether each choice of a state has one successor, whose probability is 1 then.
-    fn is_certain(&self, number: u32) -> bool;
+    /// Returns the probabilities of the choices, if the engine keeps them.
+    fn probabilities(&self) -> Option<&Arc<Probabilities>>;
 
-    /// Writes the successors of a choice, each once and ordered by values. The choice is known by its
-    /// position in the order of [`Program::steps`](meliora_model::Program::steps).
-    fn successors(&self, number: u32, position: usize, into: &mut Vec<u32>);
+    /// Returns the successors of a choice, each once; in the order of the values if the probabilities are kept.
+    fn successors(&self, choice: usize) -> &[u32];
 }
 
 /// Tests one set after the other.

@@ -41,9 +41,10 @@ pub struct Settings {
     pub thresholds: Thresholds,
     /// The number of threads of a [`Selection`](crate::Selection) that is open: as many ways run at once.
     pub threads: usize,
-    /// True if the explicit engine keeps the choices of each state by their commands: for the probabilities, the rewards and
-    /// the names of the choices of a strategy.
+    /// True if the explicit engine keeps the choices of each state by their commands: for the rewards and the names of choices.
     pub keeps_choices: bool,
+    /// True if it keeps the probabilities of all choices: for numbers.
+    pub keeps_probabilities: bool,
     /// The progress sink, which also cancels work.
     pub sink: Arc<dyn ProgressSink>,
 }
@@ -58,6 +59,7 @@ impl Default for Settings {
             thresholds: Thresholds::default(),
             threads: 1,
             keeps_choices: false,
+            keeps_probabilities: false,
             sink: Arc::new(NoProgress),
         }
     }
@@ -76,6 +78,7 @@ impl Settings {
             scope: self.scope,
             memory: self.memory,
             keeps_choices: self.keeps_choices,
+            keeps_probabilities: self.keeps_probabilities,
             sink: Arc::clone(&self.sink),
         }
     }

@@ -7,7 +7,7 @@ use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Which, deciding};
 use meliora_lang::ltl;
-use meliora_lang::property::{Named, Over, PropertyKind, Query, Term};
+use meliora_lang::property::{Measure, Named, Over, PropertyKind, Query, Term};
 use meliora_lang::{lower_target, parse_expression, parse_property};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
@@ -94,6 +94,11 @@ impl Asking {
     /// Returns whether the answer is a number, or depends on one.
     pub fn asks_for_number(&self) -> bool {
         matches!(self.question, Some(PropertyKind::Quantity(_)))
+    }
+
+    /// Returns whether the answer is an expected reward, or depends on one.
+    pub fn asks_for_reward(&self) -> bool {
+        matches!(&self.question, Some(PropertyKind::Quantity(own)) if matches!(own.measure, Measure::Reward(_)))
     }
 
     /// Returns the target if the question is whether some strategy reaches it almost surely, or its negation.

@@ -35,8 +35,10 @@ use meliora_planning::policy::Policy;
 /// A limit is reached; a question of one, or one that has no meaning for the initial states.
 pub fn answer<J: Job + Listener>(job: &J, options: &Options, asked: &Questions) -> Result<Strategies> {
     let requests = asked.plan.requests.len();
-    let keeps_choices = asked.wants_optimal(options.strategies);
-    let settings = Settings { keeps_choices, ..options.settings.clone() };
+    let wants_strategy = asked.wants_optimal(options.strategies);
+    let keeps_choices = wants_strategy || asked.plan.asks_for_rewards();
+    let keeps_probabilities = wants_strategy || asked.plan.asks_for_numbers();
+    let settings = Settings { keeps_choices, keeps_probabilities, ..options.settings.clone() };
     let options = &Options { settings, ..options.clone() };
     let mut work = Work {
         job,

@@ -228,11 +228,18 @@ impl Plan {
 
     /// Returns whether some answer is a number, or may depend on one.
     pub fn asks_for_numbers(&self) -> bool {
-        self.requests.iter().any(|request| request.asking.asks_for_number())
-            || self
-                .properties
-                .iter()
-                .any(|property| property.shape.has(&|part| matches!(part, Shape::States)))
+        self.asks_for(Asking::asks_for_number)
+    }
+
+    /// Returns whether some answer may depend on rewards.
+    pub fn asks_for_rewards(&self) -> bool {
+        self.asks_for(Asking::asks_for_reward)
+    }
+
+    /// Returns whether some request is of a kind, or unknown.
+    fn asks_for(&self, is_such: impl Fn(&Asking) -> bool) -> bool {
+        let is_open = |property: &Planned| property.shape.has(&|part| matches!(part, Shape::States));
+        self.requests.iter().any(|request| is_such(&request.asking)) || self.properties.iter().any(is_open)
     }
 
     /// Returns the places of the properties whose answer is that of a request.

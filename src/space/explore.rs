@@ -4,15 +4,18 @@ use std::sync::Arc;
 
 use num_bigint::BigUint;
 
-use super::enabled::{Collected, Enabled};
+use super::enabled::Enabled;
 use super::graph::Graph;
 use super::index::{Index, NOBODY};
 use super::initial::Search;
 use super::layout::{Layout, width};
+use super::lists::Collected;
 use super::meter::{Array, Meter};
 use super::players::PlayersFound;
+use super::probabilities::{Probabilities, Weighed, Weighing};
 use super::program::Prepared;
 use super::set::{self, BitSet};
+pub use super::states::{Space, fixed};
 use super::stepper::{Broken, Stepper, sum};
 use crate::{Limits, STEPS_PER_WORK, Scope};
 use meliora_base::error::{Error, Limit, Result};
@@ -44,15 +47,6 @@ const LEAST_BYTES: u64 = 12;
 /// Guards that are looked at in about the time of a state or a successor.
 const LOOKS: u64 = 16;
 
-/// The states of a scope, by number.
-#[derive(Debug)]
-pub enum Space {
-    /// The states reached, numbered in this order.
-    Indexed(Box<Index>),
-    /// Every valuation, numbered in the order of the values; contains their number.
-    Every(usize),
-}
-
 /// The states of a scope with their choices and successors.
 pub struct Explored {
     /// The states by number.
@@ -71,6 +65,8 @@ pub struct Explored {
     pub players: Option<Array<u32>>,
     /// The choices of the states by their commands, if they are kept.
     pub choices: Option<Enabled>,
+    /// The probabilities of the choices, if they are kept. The successors of a choice are in the order of their values then.
+    pub probabilities: Option<Probabilities>,
 }
 
 /// An exploration.
@@ -178,7 +174,7 @@ impl Task {
     }
 
     fn explore<const W: usize>(&self, found: &mut Frontier) -> Result<()> {
-        let mut stepper = Stepper::new(&self.prepared);
+        let (mut stepper, mut weighing) = (Stepper::new(&self.prepared), Weighing::new(self));
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
@@ -189,7 +185,7 @@ impl Task {
             }
             let code = found.space.code::<W>(found.next);
             self.look(found, &mut stepper, &code)?;
-            found.add(&stepper, &code)?;
+            found.add(&stepper, &code, &mut weighing)?;
         }
         self.report(found)
     }
@@ -217,7 +213,10 @@ impl Task {
             drawing: 0,
             rounded: None,
             players: self.players(),
-            choices: self.limits.keeps_choices.then(|| Collected::new(&self.meter)),
+            choices: self.limits.keeps_choices.then(|| Collected::new(&self.meter, &[])),
+            // States of the scope `all` have no codes of their own.
+            probabilities: (self.limits.keeps_probabilities && self.layout.valuations().is_none())
+                .then(|| Box::new(Weighed::new(&self.meter))),
             ahead: Vec::new(),
         })
     }
@@ -277,6 +276,7 @@ impl Task {
             started,
             players,
             choices,
+            probabilities,
             ..
         } = found;
         if let Space::Indexed(index) = &mut space {
@@ -293,8 +293,9 @@ impl Task {
         };
         let (initial, deadlocks) = (bits(initial), bits(deadlocks));
         let players = players.map(|players| players.of_state);
-        let choices = choices.map(Collected::finish);
-        Explored { initial, deadlocks, drawing, rounded, space, graph, players, choices }
+        let choices = choices.map(|choices| Enabled(choices.finish()));
+        let probabilities = probabilities.map(|weighed| weighed.finish());
+        Explored { initial, deadlocks, drawing, rounded, space, graph, players, choices, probabilities }
     }
 
     /// Creates the search for the initial states. Its work is not done yet.
@@ -391,6 +392,8 @@ struct Frontier {
     players: Option<PlayersFound>,
     /// The choices of the states so far, if they are kept.
     choices: Option<Collected>,
+    /// Their probabilities, if they are kept.
+    probabilities: Option<Box<Weighed>>,
     /// The successors of the state that is explored.
     ahead: Vec<u32>,
 }
@@ -407,21 +410,26 @@ impl Frontier {
 
     /// Adds the steps from the next state, with their successors, to the graph.
     #[inline]
-    fn add<const W: usize>(&mut self, stepper: &Stepper<'_, W>, code: &[u64; W]) -> Result<()> {
+    fn add<const W: usize>(
+        &mut self,
+        stepper: &Stepper<'_, W>,
+        code: &[u64; W],
+        weighing: &mut Weighing<'_, W>,
+    ) -> Result<()> {
         if stepper.ends.is_empty() || stepper.steps_alone() {
             self.deadlocks.push(self.next);
         }
-        if stepper.ends.is_empty() {
-            self.graph.extend(&[self.next as u32])?;
-            self.graph.end_choice()?;
-        }
         self.drawing += u64::from(stepper.draws);
         self.space.numbers(stepper.steps.iter().map(|step| sum(code, step)), &mut self.ahead)?;
-        let mut at = 0;
-        for &end in &stepper.ends {
-            self.graph.extend(&self.ahead[at..end as usize])?;
-            self.graph.end_choice()?;
-            at = end as usize;
+        let weighs = |into| weighing.weigh(stepper, code, into);
+        let is_weighed = self.probabilities.as_deref_mut().is_some_and(weighs);
+        match self.probabilities.take().filter(|_| is_weighed) {
+            Some(mut into) => {
+                let own = (code, self.next as u32, &*self.ahead);
+                let is_kept = weighing.add(stepper, own, &mut self.graph, &mut into)?;
+                self.probabilities = is_kept.then_some(into);
+            }
+            None => self.add_choices(&stepper.ends)?,
         }
         self.graph.end_state()?;
         if self.restarts {
@@ -431,68 +439,19 @@ impl Frontier {
         self.work += 1 + stepper.steps.len() as u64 + stepper.guards as u64 / LOOKS;
         Ok(())
     }
-}
 
-impl Space {
-    /// Returns the number of states.
-    #[inline]
-    pub fn states(&self) -> usize {
-        match self {
-            Space::Indexed(index) => index.states(),
-            Space::Every(n) => *n,
+    /// Adds choices, given the ends of their successors; none in a deadlock.
+    fn add_choices(&mut self, ends: &[u32]) -> Result<()> {
+        if ends.is_empty() {
+            self.graph.extend(&[self.next as u32])?;
+            return self.graph.end_choice();
         }
-    }
-
-    /// Returns the code of a state.
-    #[inline]
-    fn code<const W: usize>(&self, state: usize) -> [u64; W] {
-        match self {
-            Space::Indexed(index) => fixed(index.code(state)),
-            Space::Every(_) => fixed(&[state as u64]),
+        let mut at = 0;
+        for &end in ends {
+            self.graph.extend(&self.ahead[at..end as usize])?;
+            self.graph.end_choice()?;
+            at = end as usize;
         }
+        Ok(())
     }
-
-    /// Returns the number of the state with this code; assigns a new number if necessary.
-    #[inline]
-    fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
-        match self {
-            Space::Indexed(index) => index.intern::<W>(code),
-            Space::Every(_) => Ok(code[0] as u32),
-        }
-    }
-
-    /// Replaces the content of `numbers` by those of the states with these codes; assigns new ones if necessary.
-    #[inline]
-    fn numbers<const W: usize>(
-        &mut self,
-        codes: impl Iterator<Item = [u64; W]> + Clone,
-        numbers: &mut Vec<u32>,
-    ) -> Result<()> {
-        match self {
-            Space::Indexed(index) => index.intern_all(codes, numbers),
-            Space::Every(_) => {
-                numbers.clear();
-                numbers.extend(codes.map(|code| code[0] as u32));
-                Ok(())
-            }
-        }
-    }
-
-    /// Returns the number of the state with this code, if it is in the scope.
-    pub fn find(&self, code: &[u64]) -> Option<usize> {
-        match self {
-            Space::Indexed(index) => index.find(code).map(|id| id as usize),
-            Space::Every(_) => code.first().map(|&c| c as usize),
-        }
-    }
-}
-
-/// Copies words to a code of fixed length; missing words are 0.
-#[inline]
-pub fn fixed<const W: usize>(words: &[u64]) -> [u64; W] {
-    let mut code = [0; W];
-    for (to, from) in code.iter_mut().zip(words) {
-        *to = *from;
-    }
-    code
 }

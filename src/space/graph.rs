@@ -78,6 +78,12 @@ impl Graph {
             let kept = start + keep_once(own);
             self.successors.truncate(kept);
         }
+        self.end_row()
+    }
+
+    /// Ends the current choice, whose successors are each once.
+    #[inline]
+    pub(crate) fn end_row(&mut self) -> Result<()> {
         let end = u32::try_from(self.successors.len()).map_err(|_| Limit::Size {
             what: "more than 4294967295 transitions for the explicit engine".into(),
         })?;

@@ -16,6 +16,7 @@
 //! | a state | 8 per word of its code, 5 to 10 for the table of numbers, 4 for its row of choices |
 //! | a choice | 4 for its row of successors |
 //! | a transition | 4 for the successor |
+//! | kept lists | 2 per state for its commands, and 2 per choice for its probabilities |
 //! | the reversed graph | 4 per state and per transition, and 0.75 per choice if states have several |
 //!
 //! ```
@@ -43,20 +44,24 @@ mod guards;
 pub mod index;
 pub mod initial;
 pub mod layout;
+mod lists;
 pub mod machine;
 pub mod meter;
 pub mod needs;
 mod numbers;
 mod players;
+pub mod probabilities;
 pub mod program;
 pub mod set;
 mod share;
+mod states;
 pub mod stepper;
 mod steps;
 #[cfg(test)]
 mod tests;
 pub mod total;
 mod values;
+mod weigher;
 pub mod weighted;
 
 use std::sync::Arc;
@@ -87,12 +92,20 @@ pub struct Limits {
     pub memory: u64,
     /// True to keep the choices of each state by their commands, unless there are too many different lists of them.
     pub keeps_choices: bool,
+    /// True to keep the probabilities of all choices, unless there are too many different lists of them.
+    pub keeps_probabilities: bool,
     /// The progress sink, which also cancels work.
     pub sink: Arc<dyn ProgressSink>,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { scope: Scope::Reachable, memory: 2 << 30, keeps_choices: false, sink: Arc::new(NoProgress) }
+        Limits {
+            scope: Scope::Reachable,
+            memory: 2 << 30,
+            keeps_choices: false,
+            keeps_probabilities: false,
+            sink: Arc::new(NoProgress),
+        }
     }
 }

@@ -2,7 +2,6 @@
 
 use smallvec::SmallVec;
 
-use super::enabled::first_part;
 use super::guards::Candidate;
 use super::layout::Layout;
 use super::machine::Machine;
@@ -141,26 +140,6 @@ impl<'a, const W: usize> Stepper<'a, W> {
             self.ends.clear();
             self.ends.push(self.steps.len() as u32);
         }
-        Ok(())
-    }
-
-    /// Lists the same choices, given the numbers of [`Stepper::key_into`]: no guard is evaluated.
-    pub fn expand_known(&mut self, mut key: &[u32]) -> Result<(), Broken> {
-        let (prepared, now) = (self.prepared, self.now);
-        let mut among = self.spare.pop().unwrap_or_default();
-        among.clear();
-        while let Some((index, factors)) =
-            first_part(&mut key, |index| prepared.synchronisations[index].len())
-        {
-            among.push(index as u32);
-            for (&factor, commands) in prepared.synchronisations[index].iter().zip(factors) {
-                let start = self.enabled.len() as u32;
-                self.enabled.extend_from_slice(commands);
-                self.factors[factor] = Slice { stamp: now, start, end: self.enabled.len() as u32 };
-            }
-        }
-        self.expand_among(among.iter().map(|&index| index as usize))?;
-        self.spare.push(among);
         Ok(())
     }
 

@@ -1,5 +1,7 @@
 //! The choices of a state with their successors and the numbers of their probabilities.
 
+use std::ops::Range;
+
 use super::fractions::Fractions;
 use meliora_model::step::{Choice, Combination};
 
@@ -22,12 +24,17 @@ impl Steps {
         self.ends.len()
     }
 
+    /// Returns the places of the successors of a choice among those of all choices.
+    pub fn range(&self, choice: usize) -> Range<usize> {
+        let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;
+        start..self.ends[choice] as usize
+    }
+
     /// Returns the successors of a choice, with the numbers of their probabilities.
     pub fn of(&self, choice: usize) -> impl Iterator<Item = (&[u64], u32)> {
-        let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;
-        let end = self.ends[choice] as usize;
-        let codes = self.codes[start * self.words..end * self.words].chunks_exact(self.words);
-        codes.zip(self.weights[start..end].iter().copied())
+        let own = self.range(choice);
+        let codes = self.codes[own.start * self.words..own.end * self.words].chunks_exact(self.words);
+        codes.zip(self.weights[own].iter().copied())
     }
 
     /// Returns the successors of all choices, in their order.
@@ -37,8 +44,7 @@ impl Steps {
 
     /// Returns the numbers of the probabilities of the successors of a choice.
     pub fn weights(&self, choice: usize) -> &[u32] {
-        let start = choice.checked_sub(1).map_or(0, |before| self.ends[before]) as usize;
-        &self.weights[start..self.ends[choice] as usize]
+        &self.weights[self.range(choice)]
     }
 
     /// Forgets all choices.

@@ -131,9 +131,10 @@ fn reached(text: &str) -> (usize, usize) {
             }
         }
     }
-    let limits = Limits { keeps_choices: true, ..Limits::default() };
+    let limits = Limits { keeps_choices: true, keeps_probabilities: true, ..Limits::default() };
     let (task, explored) = Exploration::new(program.into(), limits).unwrap().finish().unwrap();
-    let (Space::Indexed(index), Some(kept)) = (explored.space, explored.choices) else { panic!("{text}") };
+    let (kept, weighed) = (explored.choices.unwrap(), explored.probabilities.unwrap());
+    let Space::Indexed(index) = explored.space else { panic!("{text}") };
     let walker = Walker::new(&task.program, &NoProgress).unwrap();
     let (mut walk, mut fractions) = (walker.walk(), Fractions::default());
     for number in 0..explored.graph.states() {
@@ -141,13 +142,18 @@ fn reached(text: &str) -> (usize, usize) {
         let names = program.choices(&state).unwrap().into_iter().map(|(_, name)| name);
         let list = kept.list(number);
         assert_eq!(kept.names(program, list), Vec::from_iter(names), "{state:?} of {text}");
-        let mut steps = |known: Option<&[u32]>| {
-            let mut steps = Steps::default();
-            walk.steps_by(index.code(number), known, &mut fractions, &mut steps).unwrap();
-            let own = |(to, p): (&[u64], u32)| (to.to_vec(), fractions.list()[p as usize].clone());
-            (0..steps.choices()).map(|at| steps.of(at).map(own).collect()).collect::<Vec<Vec<_>>>()
-        };
-        assert_eq!(steps(Some(kept.key(list))), steps(None), "{state:?} of {text}");
+        let mut steps = Steps::default();
+        walk.steps(index.code(number), &mut fractions, &mut steps).unwrap();
+        let choices = explored.graph.choices_of(number);
+        assert_eq!(choices.len(), steps.choices());
+        for (position, choice) in choices.enumerate() {
+            let expected =
+                steps.of(position).map(|(to, p)| (to.to_vec(), fractions.list()[p as usize].clone()));
+            let all = weighed.fractions().list();
+            let own = explored.graph.successors_of(choice).iter().zip(weighed.of(choice));
+            let own = own.map(|(&to, &p)| (index.code(to as usize).to_vec(), all[p as usize].clone()));
+            assert_eq!(Vec::from_iter(own), Vec::from_iter(expected), "{state:?} of {text}");
+        }
     }
     (explored.graph.states(), seen.len())
 }

@@ -5,23 +5,23 @@
 //! probabilities of commands that do not depend on the state are read once. The successors of all choices
 //! of a state are written to buffers that are used again for the next state.
 
-use ahash::AHashMap;
-use num_traits::One;
-use smallvec::SmallVec;
-
-use super::enabled::{MOST, names_of};
-use super::explore::fixed;
+use super::enabled::names_of;
 pub use super::fractions::Fractions;
 pub use super::layout::Code;
 use super::layout::Layout;
-use super::program::{Chances, Prepared};
+use super::lists::MOST;
+use super::program::Prepared;
+use super::states::fixed;
 use super::stepper::{Stepper, sum};
 pub use super::steps::{Steps, Taken};
+use super::weigher::Weigher;
+use ahash::AHashMap;
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::progress::ProgressSink;
 use meliora_model::step::{Choice, Combination};
-use meliora_model::{CommandId, ModelKind, Program, State, fault};
+use meliora_model::{CommandId, ModelKind, Program, State};
+use num_traits::One;
 
 /// The codes of the states of a program.
 #[derive(Debug, Clone)]
@@ -77,9 +77,6 @@ impl Codec {
     }
 }
 
-/// The numbers of some probabilities.
-type Weights = SmallVec<[u32; 8]>;
-
 /// Lists the choices of states, as [`Program::exact_steps`] does, without their names.
 pub struct Walker<'p> {
     program: &'p Program,
@@ -123,22 +120,7 @@ pub trait Walk: Send {
     ///
     /// # Errors
     /// A command has no meaning in the state, or there are too many choices.
-    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
-        self.steps_by(state, None, fractions, into)
-    }
-
-    /// Does the same; `known` lists the choices as [`Enabled`](super::enabled::Enabled) keeps them, so that no guard is
-    /// evaluated.
-    ///
-    /// # Errors
-    /// See [`Walk::steps`].
-    fn steps_by(
-        &mut self,
-        state: &[u64],
-        known: Option<&[u32]>,
-        fractions: &mut Fractions,
-        into: &mut Steps,
-    ) -> Result<()>;
+    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()>;
 
     /// Lists the choices of a state for [`Walk::taken`], without their successors.
     ///
@@ -160,28 +142,20 @@ struct PackedWalk<'w, const W: usize> {
     program: &'w Program,
     codec: &'w Codec,
     stepper: Stepper<'w, W>,
-    prepared: &'w Prepared,
-    /// The probabilities of the branches of each command, in the last state in which they were read.
-    known: Vec<Option<Weights>>,
+    weigher: Weigher<'w>,
     /// The successors of a choice.
     successors: Vec<([u64; W], u32)>,
-    weights: Weights,
     /// The names of choices that are enabled together, by [`Stepper::key_into`].
     names: AHashMap<Box<[u32]>, Vec<String>>,
     key: Vec<u32>,
 }
 
 impl<const W: usize> Walk for PackedWalk<'_, W> {
-    fn steps_by(
-        &mut self,
-        state: &[u64],
-        known: Option<&[u32]>,
-        fractions: &mut Fractions,
-        into: &mut Steps,
-    ) -> Result<()> {
+    fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()> {
         // An error may have left some.
         self.successors.clear();
-        self.expand(state, known)?;
+        self.stepper.enter(&self.codec.layout, state);
+        self.stepper.expand().map_err(|broken| broken.error(self.program, &self.codec.decode(state)))?;
         into.clear(state.len());
         let code = fixed::<W>(state);
         if self.stepper.ends.is_empty() {
@@ -189,29 +163,14 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
             into.add(&mut self.successors, fractions);
             return Ok(());
         }
-        let (draws, mut at) = (self.program.kind == ModelKind::Dtmc, 0);
-        for place in 0..self.stepper.active.len() {
-            let synchronisation = self.stepper.active[place];
-            for number in 0..self.stepper.combinations(synchronisation) {
-                self.weigh(synchronisation, number, state, fractions)?;
-                let steps = &self.stepper.steps[at..at + self.weights.len()];
-                at += steps.len();
-                let targets = steps.iter().map(|step| sum(&code, step));
-                self.successors.extend(targets.zip(self.weights.iter().copied()));
-                if !draws {
-                    into.add(&mut self.successors, fractions);
-                }
-            }
-        }
-        if draws {
-            let choices = self.choices();
-            if choices > 1 {
-                let share = fractions.number(Ratio::new(1.into(), choices.into()));
-                self.successors
-                    .iter_mut()
-                    .for_each(|(_, weight)| *weight = fractions.product(*weight, share));
-            }
+        self.weigher.weigh(&self.stepper, &|| self.codec.decode(state), fractions)?;
+        let mut at = 0;
+        for &end in &self.stepper.ends {
+            let own = at..end as usize;
+            let targets = self.stepper.steps[own.clone()].iter().map(|step| sum(&code, step));
+            self.successors.extend(targets.zip(self.weigher.weights[own].iter().copied()));
             into.add(&mut self.successors, fractions);
+            at = end as usize;
         }
         Ok(())
     }
@@ -258,33 +217,16 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
             program,
             codec,
             stepper: Stepper::new(prepared),
-            prepared,
-            known: vec![None; program.commands.len()],
+            weigher: Weigher::new(program, prepared),
             successors: Vec::new(),
-            weights: Weights::new(),
             names: AHashMap::new(),
             key: Vec::new(),
         }
     }
 
-    /// Lists the commands that are enabled in a state, and their effects.
-    fn expand(&mut self, state: &[u64], known: Option<&[u32]>) -> Result<()> {
-        self.stepper.enter(&self.codec.layout, state);
-        let expanded = match known {
-            Some(key) => self.stepper.expand_known(key),
-            None => self.stepper.expand(),
-        };
-        expanded.map_err(|broken| broken.error(self.program, &self.codec.decode(state)))
-    }
-
     /// Returns the names of the choices of the current state.
     fn listed_names(&self) -> Vec<String> {
         names_of(self.program, &self.combinations())
-    }
-
-    /// Returns the number of combinations of commands that are enabled.
-    fn choices(&self) -> usize {
-        self.stepper.active.iter().map(|&index| self.stepper.combinations(index)).sum()
     }
 
     fn combination(&self, synchronisation: usize, number: usize) -> Combination {
@@ -298,48 +240,6 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
             (0..self.stepper.combinations(index)).map(move |number| self.combination(index, number))
         };
         self.stepper.active.iter().flat_map(of).collect()
-    }
-
-    /// Finds the probabilities of all ways to take a branch of each command of a combination, in the order
-    /// of the stepper.
-    fn weigh(
-        &mut self,
-        synchronisation: usize,
-        number: usize,
-        state: &[u64],
-        fractions: &mut Fractions,
-    ) -> Result<()> {
-        let mut weights = std::mem::take(&mut self.weights);
-        weights.clear();
-        for &command in self.stepper.combination(synchronisation, number).iter().rev() {
-            let own = self.branches(command, state, fractions)?;
-            if weights.is_empty() {
-                weights.extend_from_slice(own);
-                continue;
-            }
-            let Some((&first, others)) = own.split_first() else { continue };
-            let until = weights.len();
-            for &other in others {
-                for at in 0..until {
-                    weights.push(fractions.product(weights[at], other));
-                }
-            }
-            weights[..until].iter_mut().for_each(|weight| *weight = fractions.product(*weight, first));
-        }
-        self.weights = weights;
-        Ok(())
-    }
-
-    /// Returns the probabilities of the branches of a command that are positive.
-    fn branches(&mut self, command: u32, state: &[u64], fractions: &mut Fractions) -> Result<&[u32]> {
-        let index = command as usize;
-        if self.known[index].is_none() || self.prepared.commands[index].chances == Chances::Vary {
-            let state = self.codec.decode(state);
-            let exact = self.program.exact_branches(CommandId(command), &state);
-            let exact = exact.map_err(|fault| fault::error(self.program, &fault, &state))?;
-            self.known[index] = Some(exact.into_iter().map(|p| fractions.number(p)).collect());
-        }
-        Ok(self.known[index].as_deref().unwrap_or_default())
     }
 }
 

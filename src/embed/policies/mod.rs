@@ -127,6 +127,7 @@ impl GivenPolicy {
     ) -> Result<Self> {
         let form = PolicyForm::recognise(source);
         aim.check(form)?;
+        let settings = Settings { keeps_choices: true, keeps_probabilities: true, ..settings };
         let model = model(form == PolicyForm::Rules && aim.target.is_none())?;
         let sink = work.sink();
         Ok(GivenPolicy(match (form, &aim.preferences) {

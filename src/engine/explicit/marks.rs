@@ -1,11 +1,13 @@
 //! The sets that contain a state, and the steps of a state, by its number.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::{ExplicitEngine, Space};
 use crate::membership::{Membership, Numbers};
 use meliora_base::error::Result;
 use meliora_space::enabled::Enabled;
+use meliora_space::probabilities::Probabilities;
 use meliora_space::set::BitSet;
 
 /// The bits of several sets.
@@ -42,17 +44,16 @@ impl Numbers for Marks<'_> {
         }
     }
 
-    fn choices(&self, number: u32) -> usize {
-        self.engine.graph.choices_of(number as usize).len()
-    }
-
-    fn is_certain(&self, number: u32) -> bool {
-        let choices = self.engine.graph.choices_of(number as usize);
-        self.engine.graph.transitions_of(choices.clone()) == choices.len()
+    fn choices(&self, number: u32) -> Range<usize> {
+        self.engine.graph.choices_of(number as usize)
     }
 
     fn kept_choices(&self) -> Option<&Arc<Enabled>> {
         self.engine.choices.as_ref()
+    }
+
+    fn probabilities(&self) -> Option<&Arc<Probabilities>> {
+        self.engine.probabilities.as_ref()
     }
 
     fn marks(&self, number: u32) -> u64 {
@@ -60,15 +61,7 @@ impl Numbers for Marks<'_> {
         marks.sum()
     }
 
-    fn successors(&self, number: u32, position: usize, into: &mut Vec<u32>) {
-        let Space::Indexed(index) = &*self.engine.space else { return };
-        let graph = &self.engine.graph;
-        let choice = graph.choices_of(number as usize).start + position;
-        into.clear();
-        into.extend_from_slice(graph.successors_of(choice));
-        if into.len() > 1 {
-            // Codes compare as the values do.
-            into.sort_unstable_by(|&a, &b| index.code(a as usize).cmp(index.code(b as usize)));
-        }
+    fn successors(&self, choice: usize) -> &[u32] {
+        self.engine.graph.successors_of(choice)
     }
 }

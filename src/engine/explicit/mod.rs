@@ -27,6 +27,7 @@ use meliora_space::explore::{Exploration, Explored, Space, Task};
 use meliora_space::graph::Graph;
 use meliora_space::layout::Layout;
 use meliora_space::meter::Meter;
+use meliora_space::probabilities::Probabilities;
 use meliora_space::program::Prepared;
 use meliora_space::set::BitSet;
 pub use visit::Listing;
@@ -71,6 +72,8 @@ pub struct ExplicitEngine {
     rounded: Option<State>,
     /// The choices of the states by their commands; see [`Settings::keeps_choices`].
     choices: Option<Arc<Enabled>>,
+    /// The probabilities of the choices, if they are kept.
+    probabilities: Option<Arc<Probabilities>>,
     /// The players of a game; `None` for other models.
     game: Option<Game>,
     /// The number of work list steps, which decides when to check the progress sink.
@@ -88,7 +91,7 @@ impl ExplicitEngine {
     pub fn new(program: Arc<Program>, settings: Settings) -> Result<Self> {
         let (task, explored) = Exploration::new(program, settings.limits())?.finish()?;
         let Task { program, layout, prepared, meter, .. } = task;
-        let Explored { space, graph, initial, deadlocks, drawing, rounded, players, choices } = explored;
+        let Explored { space, graph, initial, deadlocks, drawing, rounded, players, .. } = explored;
         let every_state = BitSet::full(&meter, graph.states());
         let every_choice = BitSet::full(&meter, graph.choices());
         let coalition = program.players.iter().flat_map(|players| players.coalition()).collect();
@@ -109,7 +112,8 @@ impl ExplicitEngine {
             deadlocks,
             drawing,
             rounded,
-            choices: choices.map(Arc::new),
+            choices: explored.choices.map(Arc::new),
+            probabilities: explored.probabilities.map(Arc::new),
             ticks: Arc::default(),
         })
     }

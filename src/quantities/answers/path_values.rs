@@ -8,12 +8,13 @@
 //! between the regions, as far as the given states reach them, have equations.
 
 use crate::answers::ties::{self, Solutions, Ties};
+use crate::equations::codes::Codes;
 use crate::equations::cost::Earned;
 use crate::equations::game_graph::LOST;
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
-use crate::equations::reached::{Coded, END, Reached};
+use crate::equations::reached::{END, Reached};
 use crate::equations::search::Search;
 use crate::equations::solution::Solution;
 use crate::equations::system::Quantity;
@@ -104,7 +105,7 @@ impl<'e> Paths<'e> {
     /// Finds the states that have equations, for a quantity in some states of the scope; see [`values`].
     ///
     /// Cost: some membership tests per state between the regions that the given states reach, and one
-    /// evaluation of the commands, unless the engine knows that each choice of the state has one successor.
+    /// evaluation of the commands, unless the engine keeps the probabilities of its choices.
     ///
     /// # Errors
     /// A limit is reached; a command or a reward has no meaning in some state; a region is missing.
@@ -137,10 +138,9 @@ impl<'e> Paths<'e> {
         };
         let mut meter = Meter::new(engine);
         let search = Search { engine, program, end, inside, cost };
-        let (walker, before) = (search.walker()?, meter.bytes());
-        let Reached { graph, starts, found } = search.explored(states, &walker, &mut meter)?;
+        let before = meter.bytes();
+        let Reached { graph, starts, .. } = search.explored(states, &mut meter)?;
         // The graph alone is needed from now on.
-        drop(found);
         meter.release_to(before + graph.bytes());
         let is_negated = cost.is_none() && optimum == Optimum::Min;
         Ok(Paths { graph, starts, quantity, is_negated, meter })
@@ -177,9 +177,10 @@ impl<'e> Paths<'e> {
 /// them.
 #[derive(Debug)]
 pub(crate) struct Likely {
-    graph: Graph,
+    found: Reached,
     codec: Codec,
-    found: Coded,
+    /// The states that were seen, by their numbers.
+    codes: Codes,
     solution: Solution<Interval>,
     /// The choices that attain the values in the fewest steps, where they are known.
     ties: Option<Ties>,
@@ -199,25 +200,24 @@ impl Likely {
     ) -> Result<Self> {
         let mut meter = Meter::new(engine);
         let search = Search { engine, program, end: sure.clone(), inside: possible.clone(), cost: None };
-        let walker = search.walker()?;
-        let codec = walker.codec().clone();
-        let Reached { mut graph, found: states_found, .. } = search.explored(states, &walker, &mut meter)?;
-        let costs = ties::costs(&mut graph);
+        let (mut found, codes) = search.walked(states, &mut meter)?;
+        let (costs, codec) = (ties::costs(&mut found.graph), Codec::new(program)?);
+        let graph = &found.graph;
         let fractions: Vec<Interval> = graph.fractions().iter().map(Interval::of).collect();
-        let (solution, end) = solved(&graph, Quantity::Probability(1), (None, &fractions), &mut meter)?;
+        let (solution, end) = solved(graph, Quantity::Probability(1), (None, &fractions), &mut meter)?;
         end?;
         if graph.theirs.is_some() {
-            return Ok(Likely { graph, codec, found: states_found, solution, ties: None });
+            return Ok(Likely { found, codec, codes, solution, ties: None });
         }
         let probability = std::slice::from_ref(&solution);
-        let solutions = Solutions { graph: &graph, fractions: &fractions, costs, probability, cost: &[] };
+        let solutions = Solutions { graph, fractions: &fractions, costs, probability, cost: &[] };
         let ties = solutions.decide(&mut meter)?;
-        Ok(Likely { graph, codec, found: states_found, solution, ties })
+        Ok(Likely { found, codec, codes, solution, ties })
     }
 
     /// Returns the node of a state; `None` if it was not explored.
     fn node(&self, state: &[i64]) -> Option<u32> {
-        self.found.node(&self.codec.known(state).ok()?)
+        self.found.node(self.codes.find(0, &self.codec.encode(state)?)?)
     }
 
     /// Returns the probability that the choices attain, which is the greatest one up to the precision; `None`
@@ -242,6 +242,6 @@ impl Likely {
         let node = self.node(state).filter(|node| *node != END && *node != LOST)?;
         Some(self.ties.as_ref().map_or_else(|| self.solution.pick(node), |ties| ties.pick(node, 0)))
             .filter(|choice| *choice != NONE)
-            .map(|choice| self.graph.position(choice))
+            .map(|choice| self.found.graph.position(choice))
     }
 }

@@ -5,7 +5,7 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::arena::{Arena, Extremes, Rewards};
+use crate::equations::arena::{Arena, Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
 use crate::path_values::{Answer, Value};
@@ -66,8 +66,8 @@ pub(crate) fn probabilities(
     goal: Extremes,
     precision: f64,
 ) -> Result<Computed> {
-    let near = || until_of::<Interval>(arena, until, goal);
-    computed(precision, near, || until_of::<Ratio>(arena, until, goal))
+    let near = || until_of::<Interval>(arena, until, goal, &mut arena.meter());
+    computed(precision, near, || until_of::<Ratio>(arena, until, goal, &mut arena.meter()))
 }
 
 /// Computes the probability that the next state is in a set. Cost: one pass over the arena.
@@ -110,8 +110,8 @@ pub(crate) fn rewards_of_all(
     goal: Extremes,
     precision: f64,
 ) -> Result<Computed> {
-    let near = || reward_of::<Interval>(arena, rewards, accumulation, goal);
-    computed(precision, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal))
+    let near = || reward_of::<Interval>(arena, rewards, accumulation, goal, &mut arena.meter());
+    computed(precision, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal, &mut arena.meter()))
 }
 
 /// Computes the long-run fraction of time in a set, for models of one player.
@@ -220,62 +220,74 @@ fn indicator<N: Number>(set: &BitVec) -> Vec<N> {
     set.iter().map(|inside| if *inside { N::one() } else { N::zero() }).collect()
 }
 
-fn until_of<N: Number>(arena: &Arena<'_>, until: &Until, goal: Extremes) -> Result<Vector<N>> {
-    let mut meter = arena.meter();
+/// Computes the probabilities of an until formula in all states of a game.
+///
+/// # Errors
+/// A limit is reached before anything is known.
+pub(crate) fn until_of<N: Number>(
+    game: &GameGraph,
+    until: &Until,
+    goal: Extremes,
+    meter: &mut Meter<'_>,
+) -> Result<Vector<N>> {
     let Until { left, right, least, most } = until;
-    meter.take(2 * N::BYTES * arena.states())?;
-    let back = Back::new(arena, goal, None, &mut meter)?;
+    meter.take(2 * N::BYTES * game.states())?;
+    let back = Back::new(game, goal, None, meter)?;
     let (x, end) = match most {
-        Some(most) if most < least => (vec![N::zero(); arena.states()], Ok(())),
+        Some(most) if most < least => (vec![N::zero(); game.states()], Ok(())),
         Some(most) => {
             let step = |state: usize, best: &dyn Fn() -> N| match (right[state], left[state]) {
                 (true, _) => N::one(),
                 (false, true) => best(),
                 (false, false) => N::zero(),
             };
-            (back.steps(indicator(right), most - least, &mut meter, step)?, Ok(()))
+            (back.steps(indicator(right), most - least, meter, step)?, Ok(()))
         }
         None => {
-            let reaching = Reaching { game: arena, target: right, left, collected: Collected::Target, goal };
-            let found = reaching.values::<N>(&mut meter)?;
+            let reaching = Reaching { game, target: right, left, collected: Collected::Target, goal };
+            let found = reaching.values::<N>(meter)?;
             (found.values.into_iter().map(|x| x.unwrap_or_else(N::zero)).collect(), found.end)
         }
     };
     let step = |state: usize, best: &dyn Fn() -> N| if left[state] { best() } else { N::zero() };
-    let values = back.steps(x, *least, &mut meter, step)?;
+    let values = back.steps(x, *least, meter, step)?;
     Ok(Vector { end, ..Vector::of(values) })
 }
 
-fn reward_of<N: Number>(
-    arena: &Arena<'_>,
+/// Computes rewards in all states of a game.
+///
+/// # Errors
+/// A limit is reached before anything is known.
+pub(crate) fn reward_of<N: Number>(
+    game: &GameGraph,
     rewards: &Rewards,
     accumulation: &Accumulation,
     goal: Extremes,
+    meter: &mut Meter<'_>,
 ) -> Result<Vector<N>> {
-    let mut meter = arena.meter();
-    meter.take(2 * N::BYTES * arena.states())?;
+    meter.take(2 * N::BYTES * game.states())?;
     let collected = |collected: Collected<'_>, target: &BitVec, meter: &mut Meter<'_>| {
-        let left = BitVec::repeat(true, arena.states());
-        Reaching { game: arena, target, left: &left, collected, goal }.values::<N>(meter)
+        let left = BitVec::repeat(true, game.states());
+        Reaching { game, target, left: &left, collected, goal }.values::<N>(meter)
     };
     match accumulation {
-        Accumulation::Until(target) => collected(Collected::Until(rewards), target, &mut meter),
-        Accumulation::Anyway(target) => collected(Collected::Always(rewards), target, &mut meter),
-        Accumulation::IfReached(target) => if_reached::values(arena, rewards, target, goal, &mut meter),
+        Accumulation::Until(target) => collected(Collected::Until(rewards), target, meter),
+        Accumulation::Anyway(target) => collected(Collected::Always(rewards), target, meter),
+        Accumulation::IfReached(target) => if_reached::values(game, rewards, target, goal, meter),
         Accumulation::Total => {
-            let nowhere = BitVec::repeat(false, arena.states());
-            collected(Collected::Always(rewards), &nowhere, &mut meter)
+            let nowhere = BitVec::repeat(false, game.states());
+            collected(Collected::Always(rewards), &nowhere, meter)
         }
         Accumulation::Within(steps) => {
-            let back = Back::new(arena, goal, Some(rewards), &mut meter)?;
-            let x = vec![N::zero(); arena.states()];
-            back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
+            let back = Back::new(game, goal, Some(rewards), meter)?;
+            let x = vec![N::zero(); game.states()];
+            back.steps(x, *steps, meter, |_, best| best()).map(Vector::of)
         }
         Accumulation::At(steps) => {
-            let back = Back::new(arena, goal, None, &mut meter)?;
-            let x = (0..arena.states()).map(|state| N::of(rewards.state(state))).collect();
-            back.steps(x, *steps, &mut meter, |_, best| best()).map(Vector::of)
+            let back = Back::new(game, goal, None, meter)?;
+            let x = (0..game.states()).map(|state| N::of(rewards.state(state))).collect();
+            back.steps(x, *steps, meter, |_, best| best()).map(Vector::of)
         }
-        Accumulation::LongRun => long_run::values(arena, rewards, goal, &mut meter),
+        Accumulation::LongRun => long_run::values(game, rewards, goal, meter),
     }
 }

@@ -8,22 +8,22 @@ use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
+use meliora_engine::membership::Numbers;
 use meliora_model::rewards::Earner;
 use meliora_model::{Program, State};
 use meliora_space::enabled::Enabled;
-use meliora_space::index::Looked;
-use meliora_space::weighted::{Codec, Steps, Walker};
+use meliora_space::weighted::{Codec, Walker};
 use num_traits::Zero;
 
-use super::codes::{Codes, marks};
+use super::codes::marks;
 use super::cost::check_rewards;
 use super::earnings::Earnings;
-use super::game_graph::Edge;
 pub use super::game_graph::{Extremes, GameGraph, Rewards};
 use super::graph::Graph;
-use super::listing::{Listed, Numbered, listed};
 use super::meter::Meter;
 use super::narrow::Narrow;
+use super::reached::Growing;
+use super::source::{Numbered, Source, Stored, Walked};
 
 /// A set of states of an arena.
 pub type Members = BitVec;
@@ -47,7 +47,7 @@ pub struct Arena<'e> {
 
 impl<'e> Arena<'e> {
     /// Lists the states of the scope of an engine, in the order of their values. Cost: one evaluation of the commands
-    /// per state.
+    /// per state, unless the engine keeps the probabilities of its choices.
     ///
     /// # Errors
     /// The states do not fit into the memory limit; another limit is reached; a command has no meaning in some state.
@@ -64,23 +64,34 @@ impl<'e> Arena<'e> {
             );
             return Err(Limit::Memory { what }.into());
         }
-        let mut meter = Meter::new(engine);
-        let walker = Walker::new(program, &*settings.sink)?;
-        let membership = engine.membership(&[&all])?;
-        let numbers = membership.numbers();
-        let listed = numbers.map(|numbers| listed(numbers, &walker, &mut meter)).transpose()?.flatten();
-        let (graph, positions, codes, numbers) = match listed {
-            Some(Listed { graph: Graph { game, positions, .. }, codes, numbers }) => {
-                (game, positions, codes, Some(numbers))
+        let (mut meter, codec, sink) = (Meter::new(engine), Codec::new(program)?, Arc::clone(&settings.sink));
+        let none = engine.no_states();
+        let membership = engine.membership(&[&none, &all])?;
+        let stored = Stored::new(membership.numbers(), (program, &codec), false);
+        let (graph, codes, numbers) = match stored {
+            Some(mut stored) => {
+                let of_state = in_order(stored.numbers, &mut meter)?;
+                let graph = listed(&mut stored, &codec, &of_state, &mut meter)?;
+                let codes =
+                    of_state.iter().flat_map(|&number| stored.numbers.code(number)).copied().collect();
+                (graph, codes, Some(stored.numbered(of_state)))
             }
             None => {
+                let walker = Walker::new(program, &*sink)?;
+                let mut walked = Walked::new(&*membership, &walker);
                 let states = engine.list_states(&all, usize::MAX)?;
-                let (graph, positions, codes) = explored((states, each as usize), &walker, &mut meter)?;
-                (graph, positions, codes, None)
+                let bytes = states.len() * each as usize;
+                meter.take(bytes)?;
+                let order: Result<Vec<u32>> =
+                    states.iter().map(|state| walked.number(state, &mut meter)).collect();
+                let order = order?;
+                drop(states);
+                meter.release(bytes);
+                let graph = listed(&mut walked, &codec, &order, &mut meter)?;
+                (graph, order.iter().flat_map(|&number| walked.code(number)).collect(), None)
             }
         };
-        let graph = GameGraph { theirs: None, ..graph };
-        let (codec, sink) = (walker.codec().clone(), Arc::clone(&settings.sink));
+        let Graph { game: graph, positions, .. } = graph;
         let memory = meter.left();
         let mut arena = Arena { program, graph, positions, codes, numbers, codec, sink, memory };
         arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
@@ -109,7 +120,7 @@ impl<'e> Arena<'e> {
 
     /// Returns the number of the list of choices of a state among those that the engine keeps.
     pub(crate) fn list(&self, state: usize) -> Option<u32> {
-        let Numbered { of_state, choices } = self.numbers.as_ref()?;
+        let Numbered { of_state, choices, .. } = self.numbers.as_ref()?;
         Some(choices.as_ref()?.list(of_state[state] as usize))
     }
 
@@ -140,13 +151,10 @@ impl<'e> Arena<'e> {
     /// The set belongs to another engine; a limit is reached.
     pub fn members<E: Engine>(&self, engine: &E, set: &E::States) -> Result<BitVec> {
         let membership = engine.membership(&[set])?;
-        if let (Some(of), Some(Numbered { of_state: known, .. })) = (membership.numbers(), &self.numbers) {
+        if let (Some(of), Some(known)) = (membership.numbers(), &self.numbers) {
             // Another engine with the same states may have other numbers.
-            let is_same =
-                |state: usize| known[state] < of.states() as u32 && of.code(known[state]) == self.code(state);
-            let inside = |state: usize| is_same(state).then(|| of.marks(known[state]) & 1 == 1);
-            if let Some(found) = (0..self.states()).map(inside).collect() {
-                return Ok(found);
+            if of.probabilities().is_some_and(|own| Arc::ptr_eq(own, &known.probabilities)) {
+                return Ok(known.of_state.iter().map(|&number| of.marks(number) & 1 == 1).collect());
             }
         }
         let inside = |number| Ok(marks(&*membership, &self.codec, self.code(number))? & 1 == 1);
@@ -213,50 +221,29 @@ impl<'e> Arena<'e> {
     }
 }
 
-/// Lists the choices of states, in the order of their values, that lead to no others. Returns them with their positions
-/// among those of their states, and the codes of the states.
-fn explored(
-    (states, bytes_of_state): (Vec<State>, usize),
-    walker: &Walker<'_>,
-    meter: &mut Meter<'_>,
-) -> Result<(GameGraph, Narrow, Vec<u64>)> {
-    let bytes = states.len() * bytes_of_state;
-    meter.take(bytes)?;
-    let mut codes = Codes::new(walker.codec(), 1);
-    for state in &states {
-        codes.add(0, &walker.codec().known(state)?, meter)?;
-    }
-    drop(states);
-    meter.release(bytes);
-    let (mut graph, mut positions, mut walk) = (GameGraph::default(), Narrow::default(), walker.walk());
-    let (mut steps, mut looked, mut targets) = (Steps::default(), Looked::default(), Vec::new());
-    for number in 0..codes.len() {
-        meter.step()?;
-        meter.progress_at(number, &|| format!("{number} of {} states", codes.len()));
-        walk.steps(&codes.code(number as u32), &mut graph.fractions, &mut steps)?;
-        codes.look(0, &steps, &mut looked);
-        targets.clear();
-        let find = |(at, code)| codes.find_looked(0, code, &looked, at);
-        targets.extend(steps.codes().enumerate().map(find));
-        let (mut next, edges) = (0, graph.edges_in_all());
-        for position in 0..steps.choices() {
-            let weights = steps.weights(position);
-            let own = &targets[next..next + weights.len()];
-            next += weights.len();
-            if own.iter().all(Option::is_some) {
-                let edges = own.iter().flatten().zip(weights);
-                edges.for_each(|(&to, &p)| graph.add_edge(Edge::new(to, p, false)));
-                graph.end_choice();
-                positions.push(position as u32);
-            }
-        }
-        graph.end_node();
-        meter.number(graph.edges_in_all())?;
-        let own = (graph.edges_in_all() - edges) * (4 + graph.weights.width());
-        meter.take(own + 4 + graph.choices.of(number as u32).len() * (4 + positions.width()))?;
-    }
-    let codes = (0..codes.len() as u32).flat_map(|number| codes.code(number)).collect();
-    Ok((graph, positions, codes))
+/// Returns the numbers of the states of an engine in the order of their values. Cost: that of sorting them.
+fn in_order(numbers: &dyn Numbers, meter: &mut Meter<'_>) -> Result<Vec<u32>> {
+    // The first words of codes decide most comparisons, without access to the others.
+    let first = |number: u32| numbers.code(number).first().copied().unwrap_or_default();
+    let inside = (0..numbers.states() as u32).filter(|&number| numbers.marks(number) != 0);
+    let mut order: Vec<(u64, u32)> = inside.map(|number| (first(number), number)).collect();
+    meter.take(order.len() * size_of::<(u64, u32)>())?;
+    // Codes compare as the values do.
+    order.sort_unstable_by(|(first, a), (other, b)| {
+        first.cmp(other).then_with(|| numbers.code(*a).cmp(numbers.code(*b)))
+    });
+    meter.release(order.len() * (size_of::<(u64, u32)>() - size_of::<u32>()));
+    Ok(order.into_iter().map(|(_, number)| number).collect())
+}
+
+/// Returns the graph of the states of these numbers, and counts the bytes of their codes. Cost: linear, with the choices of each
+/// state listed once.
+fn listed(source: &mut impl Source, codec: &Codec, order: &[u32], meter: &mut Meter<'_>) -> Result<Graph> {
+    let before = meter.bytes();
+    let graph = Growing::new(source, (codec, None), (false, false), meter)?.run(source, order)?.graph;
+    meter.release_to(before + graph.bytes());
+    meter.take(order.len() * codec.words() * size_of::<u64>())?;
+    Ok(graph)
 }
 
 impl Deref for Arena<'_> {

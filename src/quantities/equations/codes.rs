@@ -88,13 +88,13 @@ impl Codes {
         self.index.find_looked(&self.stored(key, code), looked, number)
     }
 
-    /// Adds a code with a key, which are not in the list. Cost: constant on average.
+    /// Adds a code with a key, which are not in the list, and returns their position. Cost: constant on average.
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(crate) fn add(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<()> {
+    pub(crate) fn add(&mut self, key: u32, code: &[u64], meter: &mut Meter<'_>) -> Result<u32> {
         meter.take(self.width())?;
-        self.index.add(&self.stored(key, code)).map(drop)
+        self.index.add(&self.stored(key, code))
     }
 
     /// Returns the bytes of a code.

@@ -121,13 +121,6 @@ impl Graph {
         }
     }
 
-    /// Prepares for some nodes and choices, each with an edge at least.
-    pub(crate) fn reserve(&mut self, nodes: usize, choices: usize) {
-        self.choices.first.reserve_exact(nodes);
-        self.choices.start.reserve_exact(choices);
-        self.choices.to.reserve(choices);
-    }
-
     /// Begins the choices of a node, after those of all nodes before it. They are added one after the other until
     /// [`Graph::end`].
     ///

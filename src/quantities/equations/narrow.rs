@@ -28,7 +28,16 @@ impl Narrow {
     }
 
     /// Adds a number. Cost: constant, except where the number is the first that needs more bytes.
+    #[inline]
     pub(crate) fn push(&mut self, number: u32) {
+        match self {
+            Narrow::Same { number: same, count } if *same == number => *count += 1,
+            Narrow::Bytes(list) if number <= u32::from(u8::MAX) => list.push(number as u8),
+            _ => self.push_any(number),
+        }
+    }
+
+    fn push_any(&mut self, number: u32) {
         self.widen(number);
         match self {
             Narrow::Same { number: same, count } => (*same, *count) = (number, *count + 1),

@@ -1,272 +1,189 @@
 //! The graph of the states that some states reach, until their paths end or fail.
 
-use crate::equations::codes::{Codes, marks};
 use crate::equations::cost::{Cost, Earned};
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{EVERY, Graph, Rank};
 use crate::equations::meter::Meter;
+use crate::equations::source::Source;
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_engine::membership::Membership;
 use meliora_model::State;
-use meliora_space::index::Looked;
-use meliora_space::weighted::{Code, Codec, Steps, Walk};
+use meliora_space::weighted::Codec;
 use num_traits::Zero;
 
 /// The node of all states where the path ends.
 pub(crate) const END: u32 = 0;
 
-/// A part of the states of the engine.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Part {
-    /// The path ends: with the probability 1, or without further reward.
-    End,
-    /// The path continues.
-    Inside,
-    /// The path has failed.
-    Lost,
-}
+/// Not a node: a state whose part of the engine is not known.
+const UNKNOWN: u32 = u32::MAX - 1;
+/// Not a node: a state in which paths continue, and which has no node yet.
+const WAITING: u32 = u32::MAX - 2;
+/// Not a node: a state that is none of the engine.
+const OUTSIDE: u32 = u32::MAX - 3;
+/// The number of the set of the opponent's states, after those of the parts.
+const THEIRS: u32 = 3;
 
-impl Part {
-    /// The number of the set of the opponent's states, after those of the parts.
-    const THEIRS: u32 = 3;
-
-    /// Returns the part of a state that is in some of these sets: the ends, the states in which the path goes
-    /// on, and all states of the engine.
-    pub(crate) fn of(marks: u64) -> Option<Self> {
-        match marks.trailing_zeros() {
-            0 => Some(Part::End),
-            1 => Some(Part::Inside),
-            2 => Some(Part::Lost),
-            _ => None,
-        }
+/// Returns the node, or the constant, of a state that is in some of these sets: the ends, the states in which the path
+/// continues, and all states of the engine. The path has failed in the others of the engine.
+fn part(marks: u64) -> u32 {
+    match marks.trailing_zeros() {
+        0 => END,
+        1 => WAITING,
+        2 => LOST,
+        _ => OUTSIDE,
     }
 }
 
 /// The states that some states reach.
+#[derive(Debug)]
 pub(crate) struct Reached {
     /// Their graph.
     pub(crate) graph: Graph,
-    /// The nodes of the states asked for.
+    /// The nodes of the states asked for: numbers, [`END`] or [`LOST`].
     pub(crate) starts: Vec<u32>,
-    /// The nodes of all states.
-    pub(crate) found: Coded,
+    /// The node of each number of the source, or one of the constants.
+    nodes: Vec<u32>,
 }
 
-/// The nodes of the states that were found, by code.
-#[derive(Debug)]
-pub(crate) struct Coded {
-    pub(crate) codes: Codes,
-    /// The node of each state, [`END`] or [`LOST`].
-    pub(crate) nodes: Vec<u32>,
-}
-
-impl Coded {
-    pub(crate) fn new(codec: &Codec) -> Self {
-        Coded { codes: Codes::new(codec, 1), nodes: Vec::new() }
-    }
-
-    /// Returns the node of a state that was found.
-    pub(crate) fn node(&self, code: &[u64]) -> Option<u32> {
-        self.codes.find(0, code).map(|number| self.nodes[number as usize])
-    }
-
-    /// Adds a state that was not found yet.
-    ///
-    /// # Errors
-    /// The memory limit is reached.
-    pub(crate) fn add(&mut self, code: &[u64], node: u32, meter: &mut Meter<'_>) -> Result<()> {
-        meter.take(size_of::<u32>())?;
-        self.codes.add(0, code, meter)?;
-        self.nodes.push(node);
-        Ok(())
+impl Reached {
+    /// Returns the node of a number of the source: a number, [`END`] or [`LOST`]; `None` if it was not reached.
+    pub(crate) fn node(&self, number: u32) -> Option<u32> {
+        let node = self.nodes.get(number as usize).copied();
+        node.filter(|node| ![UNKNOWN, WAITING, OUTSIDE].contains(node))
     }
 }
 
-/// The end of a step.
-#[derive(Debug, Clone, Copy)]
-enum Target {
-    /// To a state that was found: its node, [`END`] or [`LOST`].
-    Found(u32),
-    /// To another state of this part of the engine.
-    New(Part),
-}
-
-/// The exploration of states by code.
+/// The exploration of the states of a source.
 pub(crate) struct Growing<'a, 'm> {
-    /// Tells the [`Part`] of a state and, in a game, its owner.
-    parts: &'a dyn Membership,
     codec: &'a Codec,
     graph: Graph,
-    found: Coded,
+    /// True if paths end: the first node is [`END`].
+    ends: bool,
+    /// The node of each number of the source, or one of the constants.
+    nodes: Vec<u32>,
+    /// The numbers of the states with nodes of their own, in the order of these.
+    numbers: Vec<u32>,
     cost: Option<Earned<'a>>,
     /// The number of the cost 0.
     free: u32,
-    /// The successors of a state, looked up.
-    looked: Looked,
     meter: &'a mut Meter<'m>,
 }
 
 impl<'a, 'm> Growing<'a, 'm> {
-    /// Creates the graph of the node [`END`] alone, of a game or an MDP.
+    /// Creates a graph without states, of a game or an MDP; `ends` says that paths may end.
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(crate) fn new(
-        parts: &'a dyn Membership,
-        is_game: bool,
-        codec: &'a Codec,
-        cost: Option<Earned<'a>>,
+    pub(super) fn new(
+        source: &impl Source,
+        (codec, cost): (&'a Codec, Option<Earned<'a>>),
+        (ends, is_game): (bool, bool),
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
         let mut graph = Graph::default();
         graph.theirs = is_game.then(BitVec::new);
+        graph.game.fractions = source.fractions();
         let free = graph.fraction(Ratio::zero());
-        graph.add_node(Rank::default(), false, meter)?;
-        Ok(Growing {
-            parts,
-            codec,
-            graph,
-            found: Coded::new(codec),
-            cost,
-            free,
-            looked: Looked::default(),
-            meter,
-        })
+        if ends {
+            graph.add_node(Rank::default(), false, meter)?;
+        }
+        Ok(Growing { codec, graph, ends, nodes: Vec::new(), numbers: Vec::new(), cost, free, meter })
     }
 
-    /// Explores the states that some states of the engine reach, breadth first. Returns the graph, the nodes of
-    /// those states, and that of each state by code.
+    /// Explores the states that some states reach, breadth first.
     ///
     /// # Errors
     /// A limit is reached; a reward has no meaning in some state.
-    pub(crate) fn run(mut self, states: &[State], walk: &mut dyn Walk) -> Result<Reached> {
+    pub(super) fn run(mut self, source: &mut impl Source, states: &[u32]) -> Result<Reached> {
         let mut starts = Vec::with_capacity(states.len());
-        for state in states {
-            let code = self.codec.known(state)?;
-            starts.push(match self.target(&code, self.found.codes.find(0, &code))? {
-                Some(target) => self.enter(target, &code)?,
-                // Not remembered as found: a choice that leads to it leaves the states of the engine.
-                None => self.add(Part::Lost)?,
+        for &number in states {
+            starts.push(match number == LOST || self.learn(number, source)? == OUTSIDE {
+                true => LOST,
+                false => self.enter(number)?,
             });
         }
-        let (mut steps, mut targets, mut next) = (Steps::default(), Vec::new(), 0);
-        while let Some(&node) = self.found.nodes.get(next) {
-            let code = self.found.codes.code(next as u32);
+        let (first, mut next) = (self.graph.nodes() - self.numbers.len(), 0);
+        while let Some(&number) = self.numbers.get(next) {
+            let node = (first + next) as u32;
             next += 1;
-            if node == END || node == LOST {
-                continue;
-            }
             self.meter.step()?;
             let nodes = self.graph.nodes();
             self.meter.progress_at(next, &|| format!("{nodes} states"));
-            walk.steps(&code, &mut self.graph.game.fractions, &mut steps)?;
-            self.found.codes.look(0, &steps, &mut self.looked);
             self.graph.begin(node, self.meter)?;
-            self.own(node, &code)?;
-            let mut first = 0;
-            for position in 0..steps.choices() {
-                let stays = self.stays(&steps, (position, first), &mut targets)?;
-                first += steps.weights(position).len();
-                if stays {
-                    self.choice(&code, position, walk, &steps, &targets)?;
-                }
+            if self.graph.theirs.is_some() {
+                self.graph.set_owner(node, source.marks(number)? >> THEIRS & 1 == 1);
             }
+            self.choices(number, source)?;
             self.graph.end(node, self.meter)?;
         }
         self.graph.finish();
-        Ok(Reached { graph: self.graph, starts, found: self.found })
+        Ok(Reached { graph: self.graph, starts, nodes: self.nodes })
     }
 
-    /// Finds the targets of a choice, with the number of its first successor; returns whether all are states of the engine.
-    fn stays(
-        &self,
-        steps: &Steps,
-        (position, first): (usize, usize),
-        targets: &mut Vec<Target>,
-    ) -> Result<bool> {
-        targets.clear();
-        for (at, (code, _)) in (first..).zip(steps.of(position)) {
-            let known = self.found.codes.find_looked(0, code, &self.looked, at);
-            match self.target(code, known)? {
-                Some(target) => targets.push(target),
-                None => return Ok(false),
+    /// Adds the choices of a state that lead to states of the engine.
+    fn choices(&mut self, number: u32, source: &mut impl Source) -> Result<()> {
+        let count = source.expand(number, &mut self.graph.game.fractions, self.meter)?;
+        let state = if self.cost.is_some() { self.codec.decode(&source.code(number)) } else { State::new() };
+        for position in 0..count {
+            let (targets, weights) = source.choice(position);
+            if !self.stay(targets, source)? {
+                continue;
+            }
+            let cost = match self.cost {
+                Some(cost) => self.graph.fraction(cost.of(&state, &source.combinations(position))?),
+                None => self.free,
+            };
+            self.graph.add_choice(position as u32, cost);
+            for (&target, &weight) in targets.iter().zip(weights) {
+                let to = self.enter(target)?;
+                self.graph.add_edge(Edge::new(to, weight, self.ends && to == END));
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns whether all of some states are states of the engine.
+    fn stay(&mut self, targets: &[u32], source: &impl Source) -> Result<bool> {
+        for &target in targets {
+            if self.learn(target, source)? == OUTSIDE {
+                return Ok(false);
             }
         }
         Ok(true)
     }
 
-    /// Adds a choice of a state.
-    fn choice(
-        &mut self,
-        code: &Code,
-        position: usize,
-        walk: &dyn Walk,
-        steps: &Steps,
-        targets: &[Target],
-    ) -> Result<()> {
-        let cost = match self.cost {
-            Some(cost) => {
-                let reward = cost.of(&self.codec.decode(code), &walk.taken(position).combinations)?;
-                self.graph.fraction(reward)
-            }
-            None => self.free,
-        };
-        self.graph.add_choice(position as u32, cost);
-        for ((code, probability), &target) in steps.of(position).zip(targets) {
-            let to = self.enter(target, code)?;
-            self.graph.add_edge(Edge::new(to, probability, to == END));
+    /// Returns the node of a state, or its constant, after finding out its part of the engine.
+    #[inline]
+    fn learn(&mut self, number: u32, source: &impl Source) -> Result<u32> {
+        if self.nodes.len() <= number as usize {
+            self.meter.take((source.count() - self.nodes.len()) * size_of::<u32>())?;
+            self.nodes.resize(source.count(), UNKNOWN);
         }
-        Ok(())
-    }
-
-    /// Returns the target of a state, which has this number if it was found; `None` if it is not one of the engine.
-    fn target(&self, code: &[u64], known: Option<u32>) -> Result<Option<Target>> {
-        Ok(match known {
-            Some(number) => Some(Target::Found(self.found.nodes[number as usize])),
-            None => {
-                let marks = self.marks(code)?;
-                Part::of(marks).map(Target::New)
-            }
-        })
-    }
-
-    /// Returns the sets that contain a state.
-    fn marks(&self, code: &[u64]) -> Result<u64> {
-        marks(self.parts, self.codec, code)
-    }
-
-    /// Notes the side that chooses in a node of a game.
-    fn own(&mut self, node: u32, code: &[u64]) -> Result<()> {
-        if self.graph.theirs.is_some() {
-            let is_theirs = self.marks(code)? >> Part::THEIRS & 1 == 1;
-            self.graph.set_owner(node, is_theirs);
+        let known = &mut self.nodes[number as usize];
+        if *known == UNKNOWN {
+            *known = part(source.marks(number)?);
         }
-        Ok(())
+        Ok(*known)
     }
 
-    /// Returns the node of a target, which is added if it is new.
-    fn enter(&mut self, target: Target, code: &[u64]) -> Result<u32> {
-        match target {
-            Target::Found(node) => Ok(node),
-            Target::New(part) => {
-                let node = self.add(part)?;
-                self.found.add(code, node, self.meter)?;
-                Ok(node)
-            }
+    /// Returns the node of a state whose part is known; it is added if it is new.
+    #[inline]
+    fn enter(&mut self, number: u32) -> Result<u32> {
+        match self.nodes[number as usize] {
+            WAITING => self.add(number),
+            known => Ok(known),
         }
     }
 
-    /// Returns the node of a new state.
-    fn add(&mut self, part: Part) -> Result<u32> {
-        match part {
-            Part::End => Ok(END),
-            Part::Lost => Ok(LOST),
-            Part::Inside => {
-                let sure = if self.cost.is_some() { EVERY } else { 0 };
-                self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)
-            }
-        }
+    fn add(&mut self, number: u32) -> Result<u32> {
+        let sure = if self.cost.is_some() { EVERY } else { 0 };
+        let node = self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)?;
+        // The greatest numbers are constants.
+        self.meter.number(node as usize + 3)?;
+        self.meter.take(size_of::<u32>())?;
+        self.numbers.push(number);
+        self.nodes[number as usize] = node;
+        Ok(node)
     }
 }

@@ -114,7 +114,7 @@ impl Reaching<'_> {
         };
         let is_finite =
             |choice: usize| game.choices.successors(choice).iter().all(|&to| !infinite[to as usize]);
-        let permitted = (0..all.len()).map(is_finite).collect();
+        let permitted = if infinite.any() { (0..all.len()).map(is_finite).collect() } else { all };
         meter.release_to(before);
         Ok((Sets { open, ones, permitted }, infinite))
     }

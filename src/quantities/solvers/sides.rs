@@ -54,7 +54,7 @@ impl<'a> Sides<'a> {
         meter: &mut Meter<'_>,
     ) -> Result<BitVec> {
         let mut y = self.positive(target, left);
-        if y.all() {
+        if y.all() || y == *target {
             return Ok(y);
         }
         let mut staying = Staying::new(self, self.allowed, &y);

@@ -14,8 +14,8 @@ use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number};
 use crate::path_values::Value;
-use crate::solvers::long_run::{self, is_bottom};
-use crate::solvers::reaching::{Collected, Reaching, Vector};
+use crate::solvers::long_run::is_bottom;
+use crate::solvers::reaching::Vector;
 use crate::vector::{self, Accumulation, Until};
 
 /// Computes the values of a strategy in its first nodes, against the best choices of the opponent; with fractions where
@@ -64,8 +64,8 @@ fn is_left_never(game: &GameGraph, component: &[u32], place: &mut [u32]) -> bool
 struct Chain<'n> {
     keys: &'n [Key],
     game: GameGraph,
-    /// The rewards of the choices, by the structure of the aim.
-    rewards: Option<Rewards>,
+    /// The rewards of the choices, by the structure of the aim; none for a probability.
+    rewards: Rewards,
 }
 
 impl<'n> Chain<'n> {
@@ -111,47 +111,33 @@ impl<'n> Chain<'n> {
         if at_end {
             game.theirs.iter_mut().for_each(|theirs| theirs.push(false));
         }
-        Ok(Chain { keys: &nodes.keys, game, rewards })
+        Ok(Chain { keys: &nodes.keys, game, rewards: rewards.unwrap_or_default() })
     }
 
     /// Returns the values of the nodes.
     fn found<N: Number>(&self, aim: &Aim<'_>, goal: Extremes, arena: &Arena<'_>) -> Result<Vector<N>> {
         let (game, meter) = (&self.game, &mut arena.meter());
-        let [all, nowhere] = [true, false].map(|inside| BitVec::repeat(inside, game.states()));
-        let reach = |target: &BitVec, left: &BitVec, collected: Collected<'_>, meter: &mut Meter<'_>| {
-            Reaching { game, target, left, collected, goal }.values::<N>(meter)
-        };
-        let (accumulation, rewards) = match (aim, &self.rewards) {
-            (Aim::Until(Until { left, right, least, .. }), _) => {
+        let of = |set: &BitVec| self.members(|node| set[node.state as usize]);
+        let all = || BitVec::repeat(true, game.states());
+        let until = |left, right| Until { left, right, least: 0, most: None };
+        let accumulation = match aim {
+            Aim::Until(Until { left, right, least, .. }) => {
                 let right =
                     self.members(|node| right[node.state as usize] && u64::from(node.steps) >= *least);
-                let left = self.members(|node| left[node.state as usize]);
-                return reach(&right, &left, Collected::Target, meter);
+                return vector::until_of(game, &until(of(left), right), goal, meter);
             }
-            (Aim::Recur(all_of), _) => return reach(&self.accepting(all_of), &all, Collected::Target, meter),
-            (Aim::Reward(_, accumulation), Some(rewards)) => (accumulation, rewards),
-            (Aim::Reward(..), None) => return reach(&nowhere, &all, Collected::Target, meter),
+            Aim::Recur(all_of) => {
+                return vector::until_of(game, &until(all(), self.accepting(all_of)), goal, meter);
+            }
+            Aim::Reward(_, accumulation) => match accumulation {
+                Accumulation::Until(target) => Accumulation::Until(of(target)),
+                Accumulation::Anyway(target) => Accumulation::Anyway(of(target)),
+                Accumulation::IfReached(target) => Accumulation::IfReached(of(target)),
+                Accumulation::Within(_) | Accumulation::Total | Accumulation::At(_) => Accumulation::Total,
+                Accumulation::LongRun => Accumulation::LongRun,
+            },
         };
-        let always = Collected::Always(rewards);
-        match accumulation {
-            Accumulation::Until(target) => reach(
-                &self.members(|node| target[node.state as usize]),
-                &all,
-                Collected::Until(rewards),
-                meter,
-            ),
-            Accumulation::Anyway(target) => {
-                reach(&self.members(|node| target[node.state as usize]), &all, always, meter)
-            }
-            Accumulation::IfReached(target) => {
-                let target = self.members(|node| target[node.state as usize]);
-                crate::solvers::if_reached::values(game, rewards, &target, goal, meter)
-            }
-            Accumulation::Within(_) | Accumulation::Total | Accumulation::At(_) => {
-                reach(&nowhere, &all, always, meter)
-            }
-            Accumulation::LongRun => long_run::values(game, rewards, goal, meter),
-        }
+        vector::reward_of(game, &self.rewards, &accumulation, goal, meter)
     }
 
     fn members(&self, inside: impl Fn(&Key) -> bool) -> BitVec {

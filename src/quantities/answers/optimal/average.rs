@@ -8,7 +8,7 @@ use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 use meliora_model::Optimum;
 
-use super::equations::{Equations, double, rounding};
+use super::equations::{Equations, Means, rounding};
 use super::{Choices, Optimal, bounds_of};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
@@ -28,7 +28,7 @@ pub(super) fn optimal(
     let values = bounds_of(arena, rewards, &Accumulation::LongRun, goal, precision)?;
     let mut meter = arena.meter();
     let found = end_components(&arena.choices, &mut meter)?;
-    let staying = Staying { arena, rewards, found, optimum: goal.ours };
+    let staying = Staying { means: Means::new(arena, Some(rewards)), found, optimum: goal.ours };
     let (choices, averages) = staying.found(&mut meter)?;
     let is_near = |own: f64, value: &Interval| match goal.ours {
         Optimum::Max => own >= value.lower - WIDTH * value.lower.abs(),
@@ -45,8 +45,7 @@ pub(super) fn optimal(
 
 /// The choices that stay in end components.
 struct Staying<'a> {
-    arena: &'a Arena<'a>,
-    rewards: &'a Rewards,
+    means: Means<'a>,
     found: EndComponents,
     optimum: Optimum,
 }
@@ -54,7 +53,7 @@ struct Staying<'a> {
 impl Staying<'_> {
     /// Returns the best choice of each state of an end component, and the average there.
     fn found(&self, meter: &mut Meter<'_>) -> Result<(Choices, Vec<Option<f64>>)> {
-        let states = self.arena.states();
+        let states = self.means.arena.states();
         let mut members: Vec<Vec<u32>> = vec![Vec::new(); self.found.count];
         for state in 0..states as u32 {
             if self.inside(state).next().is_some() {
@@ -74,16 +73,13 @@ impl Staying<'_> {
     }
 
     fn inside(&self, state: u32) -> impl Iterator<Item = usize> {
-        self.arena.choices.of(state).filter(|&choice| self.found.inside[choice])
+        self.means.arena.choices.of(state).filter(|&choice| self.found.inside[choice])
     }
 
     fn best(&self, state: u32, x: &[f64]) -> (u32, f64) {
         let mut best = (NONE, 0.0);
         for choice in self.inside(state) {
-            let terms = self.arena.outcomes(choice);
-            let mean: f64 =
-                terms.map(|(to, p)| double(&self.arena.fractions()[p as usize]) * x[to as usize]).sum();
-            let mean = mean + double(self.rewards.choice(choice));
+            let mean = self.means.of(choice, |to| x[to]);
             let is_better = if self.optimum == Optimum::Max { mean > best.1 } else { mean < best.1 };
             if best.0 == NONE || is_better {
                 best = (choice as u32, mean);

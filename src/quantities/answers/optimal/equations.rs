@@ -11,14 +11,50 @@ use crate::equations::meter::Meter;
 use crate::equations::number::Interval;
 use crate::solvers::components::end_components_of;
 
-/// The values of an arena, and what choices do to them.
-pub(super) struct Equations<'a> {
+/// The choices of an arena as sums of doubles.
+pub(super) struct Means<'a> {
     pub(super) arena: &'a Arena<'a>,
-    maximisers: BitVec,
-    values: &'a [Interval],
     probabilities: Vec<f64>,
     /// The reward of each choice.
     gains: Option<Vec<f64>>,
+}
+
+impl<'a> Means<'a> {
+    pub(super) fn new(arena: &'a Arena<'a>, rewards: Option<&Rewards>) -> Self {
+        let gain =
+            |own: &Rewards| (0..arena.choices_in_all()).map(|choice| double(own.choice(choice))).collect();
+        let probabilities = arena.fractions().iter().map(double).collect();
+        Means { arena, probabilities, gains: rewards.map(gain) }
+    }
+
+    /// Returns what a choice earns, and the mean of `x` after it.
+    pub(super) fn of(&self, choice: usize, x: impl Fn(usize) -> f64) -> f64 {
+        let terms = self.arena.outcomes(choice);
+        let mean: f64 = terms.map(|(to, p)| self.probabilities[p as usize] * x(to as usize)).sum();
+        mean + self.gain(choice)
+    }
+
+    /// Does the same; the mean of equal values is this value, without any rounding.
+    fn of_bounds(&self, choice: usize, x: impl Fn(usize) -> f64) -> f64 {
+        let all = self.arena.choices.successors(choice);
+        let first = all.first().map_or(0.0, |&to| x(to as usize));
+        match all.iter().all(|&to| x(to as usize) == first) {
+            true => first + self.gain(choice),
+            false => self.of(choice, x),
+        }
+    }
+
+    fn gain(&self, choice: usize) -> f64 {
+        self.gains.as_ref().map_or(0.0, |gains| gains[choice])
+    }
+}
+
+/// The values of an arena, and what choices do to them.
+pub(super) struct Equations<'a> {
+    pub(super) arena: &'a Arena<'a>,
+    means: Means<'a>,
+    maximisers: BitVec,
+    values: &'a [Interval],
 }
 
 /// Returns the largest part of a mean of some numbers that rounding may change, with what the choice earns.
@@ -38,28 +74,8 @@ impl<'a> Equations<'a> {
         values: &'a [Interval],
         rewards: Option<&Rewards>,
     ) -> Self {
-        let gain =
-            |own: &Rewards| (0..arena.choices_in_all()).map(|choice| double(own.choice(choice))).collect();
-        let probabilities = arena.fractions().iter().map(double).collect();
-        Equations {
-            arena,
-            maximisers: arena.maximisers(goal),
-            values,
-            probabilities,
-            gains: rewards.map(gain),
-        }
-    }
-
-    /// Returns what a choice earns, and the mean of a bound after it.
-    fn mean(&self, choice: usize, bound: fn(&Interval) -> f64) -> f64 {
-        let mut all = self.arena.outcomes(choice).map(|(to, p)| (bound(&self.values[to as usize]), p));
-        let first = all.clone().next().map_or(0.0, |(x, _)| x);
-        // A mean of equal values is this value, without any rounding.
-        let mean = match all.clone().all(|(x, _)| x == first) {
-            true => first,
-            false => all.by_ref().map(|(x, p)| self.probabilities[p as usize] * x).sum(),
-        };
-        mean + self.gains.as_ref().map_or(0.0, |gains| gains[choice])
+        let means = Means::new(arena, rewards);
+        Equations { arena, means, maximisers: arena.maximisers(goal), values }
     }
 
     /// Returns the choices of each state that keep what its side guarantees; of the opponent those that may be its best.
@@ -73,12 +89,10 @@ impl<'a> Equations<'a> {
                 kept.set(choices.start, true);
                 continue;
             }
-            let bound: fn(&Interval) -> f64 = match is_max != self.arena.is_theirs(state as u32) {
-                true => |value| value.lower,
-                false => |value| value.upper,
-            };
+            let is_lower = is_max != self.arena.is_theirs(state as u32);
+            let bound = |to: usize| if is_lower { self.values[to].lower } else { self.values[to].upper };
             means.clear();
-            means.extend(choices.clone().map(|choice| self.mean(choice, bound)));
+            means.extend(choices.clone().map(|choice| self.means.of_bounds(choice, bound)));
             let is_sure = own.lower == own.upper && [0.0, 1.0, f64::INFINITY].contains(&own.lower);
             let best = means.iter().copied().fold(None, |best: Option<f64>, x| match best {
                 Some(best) if is_max => Some(best.max(x)),
@@ -107,7 +121,7 @@ impl<'a> Equations<'a> {
     /// The work is cancelled.
     pub(super) fn progressing(&self, over: &BitVec, earns: bool, meter: &mut Meter<'_>) -> Result<Choices> {
         let kept = self.kept(meter)?;
-        let is_gain = |choice: usize| earns && self.gains.as_ref().is_some_and(|gains| gains[choice] > 0.0);
+        let is_gain = |choice: usize| earns && self.means.gain(choice) > 0.0;
         let mut choices = toward(self.arena, &kept, over, &is_gain);
         let open = (0..).zip(&mut choices).filter(|(_, choice)| **choice == NONE);
         for (state, choice) in open.filter(|(state, _)| !self.arena.is_theirs(*state)) {
@@ -150,25 +164,32 @@ pub(super) fn toward(
 ) -> Choices {
     let (reversed, states) = (arena.choices.reversed(), arena.states());
     let (mut choices, mut done) = (vec![NONE; states], target.clone());
-    let mut hit = BitVec::<usize>::repeat(false, arena.choices_in_all());
-    let missing = |state: usize| arena.choices.of(state as u32).filter(|&choice| permitted[choice]).count();
-    let mut missing: Vec<u32> = (0..states)
-        .map(|state| if arena.is_theirs(state as u32) { missing(state) as u32 } else { 1 })
-        .collect();
+    // All choices of the opponent are to be hit.
+    let (mut hit, mut missing) = (BitVec::<usize>::new(), Vec::new());
+    if arena.theirs.is_some() {
+        hit.resize(arena.choices_in_all(), false);
+        let count = |state: u32| arena.choices.of(state).filter(|&choice| permitted[choice]).count();
+        missing.extend((0..states as u32).map(count));
+    }
     let mut open: std::collections::VecDeque<u32> = target.iter_ones().map(|state| state as u32).collect();
     let mut enter = |choice: usize, choices: &mut Choices, open: &mut std::collections::VecDeque<u32>| {
         let state = reversed.owner[choice] as usize;
-        if !permitted[choice] || done[state] || hit.replace(choice, true) {
+        if done[state] || !permitted[choice] {
             return;
         }
-        missing[state] -= 1;
-        if missing[state] == 0 {
-            if !arena.is_theirs(state as u32) {
-                choices[state] = choice as u32;
+        if arena.is_theirs(state as u32) {
+            if hit.replace(choice, true) {
+                return;
             }
-            done.set(state, true);
-            open.push_back(state as u32);
+            missing[state] -= 1;
+            if missing[state] > 0 {
+                return;
+            }
+        } else {
+            choices[state] = choice as u32;
         }
+        done.set(state, true);
+        open.push_back(state as u32);
     };
     (0..permitted.len())
         .filter(|&choice| leads(choice))

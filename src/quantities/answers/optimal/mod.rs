@@ -98,14 +98,13 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
             Accumulation::Within(count) => steps::rewards(arena, rewards, (*count, true), goal),
             Accumulation::At(count) => steps::rewards(arena, rewards, (*count, false), goal),
             Accumulation::LongRun => average::optimal(arena, rewards, goal, precision),
-            Accumulation::Until(target) => {
-                until_target(arena, rewards, (accumulation, target), goal, precision)
-            }
-            Accumulation::Anyway(target) => earned(arena, rewards, (accumulation, target), goal, precision),
             Accumulation::IfReached(_) => {
                 let message = "strategies for `F0` depend on the reward so far, and are not supported: ask for `Fc`, or \
                                let a variable of the model count the reward";
                 Err(Error::Usage(message.to_owned()))
+            }
+            Accumulation::Until(target) | Accumulation::Anyway(target) => {
+                earned(arena, rewards, (accumulation, target), goal, precision)
             }
             Accumulation::Total => {
                 let nowhere = BitVec::repeat(false, arena.states());
@@ -150,30 +149,7 @@ fn recurring(arena: &Arena<'_>, all: &[Accepting], goal: Extremes, precision: f6
     Ok(found)
 }
 
-/// Returns the strategy of a reward until a target.
-fn until_target(
-    arena: &Arena<'_>,
-    rewards: &Rewards,
-    (accumulation, target): (&Accumulation, &BitVec),
-    goal: Extremes,
-    precision: f64,
-) -> Result<Optimal> {
-    let values = bounds_of(arena, rewards, accumulation, goal, precision)?;
-    let equations = Equations::new(arena, goal, &values, Some(rewards));
-    let mut choices = equations.progressing(target, false, &mut arena.meter())?;
-    if goal.ours == Optimum::Max && values.iter().any(|value| value.lower.is_infinite()) {
-        // An infinite reward is attained by paths that miss the target.
-        let left = BitVec::repeat(true, arena.states());
-        let until = Until { left, right: target.clone(), least: 0, most: None };
-        let missing = reached(arena, &until, goal.opposite(), precision)?;
-        let of = missing.rest.unwrap_or_default();
-        let infinite = (0..arena.states()).filter(|&state| values[state].lower.is_infinite());
-        infinite.for_each(|state| choices[state] = of[state]);
-    }
-    Ok(Optimal::memoryless(values, choices, target.clone()))
-}
-
-/// Returns the strategy of the rewards of all steps before a target, reached or not.
+/// Returns the strategy of the rewards of the steps before a target, which is to be reached or not.
 fn earned(
     arena: &Arena<'_>,
     rewards: &Rewards,
@@ -183,15 +159,21 @@ fn earned(
 ) -> Result<Optimal> {
     let values = bounds_of(arena, rewards, accumulation, goal, precision)?;
     let equations = Equations::new(arena, goal, &values, Some(rewards));
-    let is_over = |state: usize| target[state] || values[state].upper == 0.0;
+    let is_until = matches!(accumulation, Accumulation::Until(_));
+    let is_over = |state: usize| target[state] || !is_until && values[state].upper == 0.0;
     let over: BitVec = (0..arena.states()).map(is_over).collect();
-    let mut choices = equations.progressing(&over, true, &mut arena.meter())?;
+    let mut choices = equations.progressing(&over, !is_until, &mut arena.meter())?;
     if goal.ours == Optimum::Max && values.iter().any(|value| value.lower.is_infinite()) {
-        let endless = equations.earning_again(rewards, target)?;
+        let endless = if is_until {
+            // An infinite reward is attained by paths that miss the target.
+            let left = BitVec::repeat(true, arena.states());
+            let until = Until { left, right: target.clone(), least: 0, most: None };
+            reached(arena, &until, goal.opposite(), precision)?.rest.unwrap_or_default()
+        } else {
+            equations.earning_again(rewards, target)?
+        };
         let infinite = (0..arena.states()).filter(|&state| values[state].lower.is_infinite());
         infinite.filter(|&state| endless[state] != NONE).for_each(|state| choices[state] = endless[state]);
     }
-    let is_decided = matches!(accumulation, Accumulation::Anyway(_));
-    let ends = if is_decided { target.clone() } else { BitVec::repeat(false, arena.states()) };
-    Ok(Optimal::memoryless(values, choices, ends))
+    Ok(Optimal::memoryless(values, choices, target.clone()))
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 
-use super::equations::{double, rounding};
+use super::equations::{Means, double, rounding};
 use super::{Choices, Optimal, bounds_of, reached};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
@@ -13,37 +13,30 @@ use crate::equations::meter::Meter;
 use crate::sought::{MOST_STATES, too_many_states};
 use crate::vector::{self, Accumulation, Until};
 
-/// The equations of one step as doubles.
+/// The equations of one step.
 struct Backward<'a> {
-    arena: &'a Arena<'a>,
+    means: Means<'a>,
     maximisers: BitVec,
-    probabilities: Vec<f64>,
-    gains: Option<Vec<f64>>,
 }
 
 impl<'a> Backward<'a> {
     fn new(arena: &'a Arena<'a>, goal: Extremes, rewards: Option<&Rewards>) -> Self {
-        let gain =
-            |own: &Rewards| (0..arena.choices_in_all()).map(|choice| double(own.choice(choice))).collect();
-        let probabilities = arena.fractions().iter().map(double).collect();
-        Backward { arena, maximisers: arena.maximisers(goal), probabilities, gains: rewards.map(gain) }
+        Backward { means: Means::new(arena, rewards), maximisers: arena.maximisers(goal) }
     }
 
     fn mean(&self, choice: usize, x: &[f64]) -> f64 {
-        let terms = self.arena.outcomes(choice);
-        let mean: f64 = terms.map(|(to, p)| self.probabilities[p as usize] * x[to as usize]).sum();
-        mean + self.gains.as_ref().map_or(0.0, |gains| gains[choice])
+        self.means.of(choice, |to| x[to])
     }
 
     fn rounding(&self, choice: usize) -> f64 {
-        rounding(self.arena.choices.successors(choice).len())
+        rounding(self.means.arena.choices.successors(choice).len())
     }
 
     /// Returns the best choice of a state and its value; `known` if it is one of the best.
     fn best(&self, state: usize, x: &[f64], known: u32) -> (u32, f64) {
         let is_max = self.maximisers[state];
         let mut best: Option<(u32, f64)> = None;
-        let choices = self.arena.choices.of(state as u32);
+        let choices = self.means.arena.choices.of(state as u32);
         for choice in choices.clone() {
             let mean = self.mean(choice, x);
             let is_better = |(_, old): (u32, f64)| {
@@ -81,7 +74,7 @@ impl<'a> Backward<'a> {
                 meter.step()?;
                 let known = before.as_ref().map_or(NONE, |before| before[state]);
                 let (choice, value) = self.best(state, &x, known);
-                choices.push(if self.arena.is_theirs(state as u32) { NONE } else { choice });
+                choices.push(if self.means.arena.is_theirs(state as u32) { NONE } else { choice });
                 next.push(fixed(state, left).unwrap_or(value));
             }
             let is_settled = steady && next == x;
