@@ -53,6 +53,8 @@ fn operators_nest_and_are_operands() {
         ("\"sure\": P>=1 [ F x=3 ]", json!(true)),
         ("ceil(P=? [ F x=3 ]) + 1", json!(2)),
         ("1 - P=? [ F<=3 x=3 ]", json!(0.75)),
+        // Bounds of a billion are too wide, so that fractions are computed.
+        ("1000000000 * (R=? [ F x=3 ] - 9)", json!(0)),
         ("P=? [ F<=3 x=3 ] * 4 > 0.5 => \"sure\"", json!(true)),
         // From x=0 and x=1 the next state is x=2 with probability 1/2.
         ("P=? [ X P>=0.5 [ X x=2 ] ]", json!(0.5)),
