@@ -2,7 +2,8 @@
 //! grows too large.
 //!
 //! The library and the supervisor of a run end work with its partial results before that. This
-//! watch covers the rest: reading and writing outside of that work, and work that was left behind.
+//! watch covers the rest: reading and writing outside of that work, and work that was left behind, whose
+//! temporary files it removes.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -11,6 +12,7 @@ use std::time::Duration;
 
 use meliora::supervise::memory;
 use meliora_base::error::{Error, Limit};
+use meliora_base::files::remove_unfinished;
 
 use super::exit::Status;
 
@@ -42,7 +44,9 @@ pub(super) fn run(
         let what = format!("a thread with a stack of {} MiB ({e})", STACK >> 20);
         return fail(&Limit::System { what, bytes: None }.into());
     }
-    wait(&ended, memory::resident).unwrap_or_else(|limit| fail(&limit.into()))
+    let status = wait(&ended, memory::resident).unwrap_or_else(|limit| fail(&limit.into()));
+    remove_unfinished();
+    status
 }
 
 /// Waits for the status of the command.
@@ -67,7 +71,12 @@ fn wait(ended: &Receiver<Status>, size: impl Fn() -> Option<u64>) -> Result<Stat
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+    use std::path::Path;
+    use std::process::Command;
     use std::sync::mpsc::channel;
+
+    use meliora_base::files::{NewDirectory, Replacement};
 
     use super::*;
 
@@ -81,5 +90,40 @@ mod tests {
         assert_eq!(wait(&ended, || Some(200 << 20)), Ok(Status::Done));
         drop(sender);
         assert_eq!(wait(&ended, || None), Ok(Status::Internal));
+    }
+
+    /// The folder of the process that the next test starts.
+    const FOLDER: &str = "MELIORA_TEST_FOLDER";
+
+    /// Temporary files were left where the process ended before the thread that wrote them.
+    #[test]
+    fn work_that_is_left_behind_leaves_no_files() {
+        let Some(folder) = std::env::var_os(FOLDER) else {
+            let folder = tempfile::tempdir().unwrap();
+            let mut own = Command::new(std::env::current_exe().unwrap());
+            own.args(["--exact", "cli::watch::tests::work_that_is_left_behind_leaves_no_files"]);
+            assert!(own.env(FOLDER, folder.path()).status().unwrap().success());
+            let left = fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().file_name());
+            assert_eq!(left.collect::<Vec<_>>(), ["whole"]);
+            return;
+        };
+        let path = Path::new(&folder).join("whole");
+        fs::write(&path, "old").unwrap();
+        let old = fs::metadata(&path).unwrap();
+        let (file, new) = (path.clone(), path.with_file_name("new"));
+        let status = run(
+            move || {
+                let file = Replacement::new(&file, Some(&old), b"new", true).unwrap();
+                let folder = NewDirectory::new(&new).unwrap();
+                folder.write("part", b"one").unwrap();
+                // As a thread that is left behind, these are never dropped.
+                std::mem::forget((file, folder));
+                Status::Limit
+            },
+            |_| Status::Internal,
+        );
+        assert_eq!((status, fs::read_to_string(&path).unwrap().as_str()), (Status::Limit, "old"));
+        let late = Replacement::new(&path, None, b"late", false);
+        assert!(late.is_err_and(|e| e.to_string() == "the process ends"));
     }
 }

@@ -53,10 +53,13 @@ fn operators_nest_and_are_operands() {
         ("\"sure\": P>=1 [ F x=3 ]", json!(true)),
         ("ceil(P=? [ F x=3 ]) + 1", json!(2)),
         ("1 - P=? [ F<=3 x=3 ]", json!(0.75)),
+        // Bounds of a billion are too wide, so that fractions are computed.
+        ("1000000000 * (R=? [ F x=3 ] - 9)", json!(0)),
         ("P=? [ F<=3 x=3 ] * 4 > 0.5 => \"sure\"", json!(true)),
         // From x=0 and x=1 the next state is x=2 with probability 1/2.
         ("P=? [ X P>=0.5 [ X x=2 ] ]", json!(0.5)),
         ("P>=0.5 [ (F P>0.4 [ X x=2 ]) & (G x<=3) ]", json!(true)),
+        ("P=? [ X (P>=1 [ F x=3 ] ? P>=1 [ X x=0 ] : P>=0.4 [ X x=0 ]) ]", json!(0)),
         ("P=? [ F<=1 x=3 {x=2} ]", json!(1.0 / 3.0)),
         ("P>=1 [ F x=3 ] & x=0 ? P=? [ X x=1 ] : 7", json!(0.5)),
     ]);

@@ -4,7 +4,7 @@ use meliora::dump::bounds::{Bounds, Number, Row};
 use meliora::dump::manifest::{Root, RootKind};
 use meliora::dump::write_directory;
 
-use super::{Counts, EACH, GAME, SIDES, least};
+use super::{Counts, GAME, SIDES, each, least};
 use crate::common::prelude::*;
 use crate::dumps::shop::sealed;
 use crate::dumps::values::{Case, example};
@@ -194,7 +194,7 @@ fn each_cell_and_row_of_values_is_proved() {
 /// what the level would say: 0 or 1.
 #[test]
 fn no_level_that_is_added_confirms_a_value() {
-    let (mut number, mut edits, mut refused) = (0, 0, 0);
+    let (mut number, mut edits, mut refused) = (0_usize, 0, 0);
     for case in cases() {
         let file = case.dump.manifest.certificate.as_ref().unwrap();
         let all = node(&case.dump, "layers:reachable:1");
@@ -207,7 +207,7 @@ fn no_level_that_is_added_confirms_a_value() {
                 for at in 0..case.dump.values.as_ref().unwrap().len() {
                     for value in [0.0, 1.0] {
                         number += 1;
-                        if !takes_one_of(EACH, number) {
+                        if !number.is_multiple_of(each()) {
                             continue;
                         }
                         let violated = violated(&case, |dump| {
