@@ -12,6 +12,9 @@ use meliora_model::{Program, VarId};
 /// Minimum number of operators below a node that is shared.
 pub(crate) const WORTH_SHARING: u32 = 3;
 
+/// Maximum number of results of conditions that are kept for all states, a byte each: 16 MiB.
+const MOST_RESULTS: u64 = 1 << 24;
+
 /// A node whose value is kept in a register.
 pub(crate) struct Kept {
     pub(crate) node: ExprId,
@@ -27,7 +30,7 @@ pub(crate) struct Support {
 }
 
 impl Support {
-    /// Returns the variables of a node, given those of its operands; `None` if their valuations do not fit 16 bits.
+    /// Returns the variables of a node, given those of its operands; `None` if they have too many valuations.
     fn of(
         program: &Program,
         pool: &ExprPool,
@@ -48,7 +51,7 @@ impl Support {
             declared.high.abs_diff(declared.low).checked_add(1)
         };
         let valuations = variables.iter().try_fold(1u64, |all, v| all.checked_mul(count(v)?))?;
-        (valuations <= u16::MAX.into()).then_some(Support { variables, valuations })
+        (valuations <= MOST_RESULTS).then_some(Support { variables, valuations })
     }
 }
 
@@ -114,16 +117,17 @@ fn conditions(
     }
     // The nodes that are used by others than parts of the conditions.
     let mut open: AHashSet<ExprId> = roots.iter().copied().collect();
-    let mut found = AHashMap::new();
+    let (mut found, mut left) = (AHashMap::new(), MOST_RESULTS);
     for &e in order.iter().rev() {
         if !open.contains(&e) {
             continue;
         }
         let size = sizes[&e];
         let is_long = pool.ty(e) == Type::Bool && size > 4 * WORTH_SHARING;
-        let is_worth = |support: &Support| is_long && support.valuations <= u64::from(size).pow(2);
+        let is_worth = |support: &Support| is_long && support.valuations <= u64::from(size).pow(2).min(left);
         match supports.remove(&e).filter(is_worth) {
             Some(support) => {
+                left -= support.valuations;
                 found.insert(e, support);
             }
             None => open.extend(pool.operands(e)),

@@ -190,3 +190,33 @@ fn an_exploration_counts_the_guards_of_states_with_many() {
     assert_eq!(work(14), work(0));
     assert_eq!(work(799), work(0) + 4 * 50);
 }
+
+/// Returns the condition that two variables are in one of some cells, from an offset on.
+fn cells(count: usize, offset: usize) -> String {
+    let cell = |i: usize| format!("x={} & y={}", (7 * i + offset) % 30, (11 * i + offset) % count);
+    Vec::from_iter((0..count).map(cell)).join(" | ")
+}
+
+/// Conditions over more than 2^16 valuations were computed in each state: on a map of 512 x 512 cells, that took 20 times as
+/// long as all else.
+#[test]
+fn long_conditions_over_two_wide_variables_are_computed_once() {
+    let text = |width: usize, count: usize| {
+        let (a, b) = (cells(count, 0), cells(count, 1));
+        format!(
+            "mdp module m x : [0..{width}] init 0; y : [0..{width}] init 0; [] x<30 & !({a}) -> (x'=x+1); \
+             [] y<30 & !({b}) -> (y'=y+1); [] x>0 -> (x'=0); endmodule"
+        )
+    };
+    let (found, expected) = reached(&text(299, 90));
+    assert_eq!(found, expected);
+    let results = |width: usize, count: usize| -> Vec<usize> {
+        let source = SourceFile::new("m", text(width, count));
+        let program = lang::load(&source, &SourceFile::new("c", "")).unwrap().program;
+        let exploration = Exploration::new(program.into(), Limits::default()).unwrap();
+        exploration.task.prepared.code.memos.iter().map(|memo| memo.size).collect()
+    };
+    assert_eq!(results(299, 90), [300 * 300; 2]);
+    // The results of both would be too many.
+    assert_eq!(results(2999, 800), [3000 * 3000]);
+}
