@@ -323,19 +323,15 @@ impl<J: Job + Listener> Work<'_, J> {
         self.options.strategies.policy && self.asked.policy_kind() == kind
     }
 
-    /// Returns whether strategies of one operator are asked for.
-    fn wants_optimal(&self) -> bool {
-        self.asked.wants_optimal(self.options.strategies)
-    }
-
     /// Returns whether a property is answered over the states of the model, although its request has monitors.
     fn needs_no_monitors(&self, property: &Planned) -> bool {
-        self.wants_optimal() && strategies::needs_no_monitors(property, &self.asked.plan.requests)
+        self.asked.wants_optimal(self.options.strategies)
+            && strategies::needs_no_monitors(property, &self.asked.plan.requests)
     }
 
     /// Computes the strategies of one operator that are asked for, unless they are known.
     fn optimal(&mut self) -> Result<()> {
-        if !self.wants_optimal() || self.has_optimal {
+        if !self.asked.wants_optimal(self.options.strategies) || self.has_optimal {
             return Ok(());
         }
         let (program, settings) = (&self.asked.program, &self.options.settings);

@@ -48,7 +48,21 @@ impl Fractions {
         product
     }
 
-    pub(crate) fn sum(&mut self, a: u32, b: u32) -> u32 {
+    /// Sorts things with the numbers of their probabilities, and adds those of equal things.
+    pub(crate) fn unite<T: Ord>(&mut self, things: &mut Vec<(T, u32)>) {
+        if things.len() > 1 {
+            things.sort_unstable();
+            things.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                if same {
+                    kept.1 = self.sum(kept.1, next.1);
+                }
+                same
+            });
+        }
+    }
+
+    fn sum(&mut self, a: u32, b: u32) -> u32 {
         if let Some(&known) = self.sums.get(&(a, b)) {
             return known;
         }

@@ -59,8 +59,8 @@ impl Weighed {
 pub(crate) struct Weighing<'t, const W: usize> {
     task: &'t Task,
     weigher: Weigher<'t>,
-    /// The successors of a choice: the code, the number and the number of the probability of each.
-    successors: Vec<([u64; W], u32, u32)>,
+    /// The successors of a choice: the code and the number of each, and the number of its probability.
+    successors: Vec<(([u64; W], u32), u32)>,
 }
 
 impl<'t, const W: usize> Weighing<'t, W> {
@@ -108,17 +108,10 @@ impl<'t, const W: usize> Weighing<'t, W> {
             self.successors.clear();
             let steps = stepper.steps[own.clone()].iter().map(|step| sum(code, step));
             let found = steps.zip(&numbers[own.clone()]).zip(&self.weigher.weights[own]);
-            self.successors.extend(found.map(|((code, &number), &weight)| (code, number, weight)));
-            self.successors.sort_unstable();
-            self.successors.dedup_by(|next, kept| {
-                let same = next.1 == kept.1;
-                if same {
-                    kept.2 = into.fractions.sum(kept.2, next.2);
-                }
-                same
-            });
+            self.successors.extend(found.map(|((code, &number), &weight)| ((code, number), weight)));
+            into.fractions.unite(&mut self.successors);
             into.collected.key.clear();
-            for &(_, number, weight) in &self.successors {
+            for &((_, number), weight) in &self.successors {
                 graph.extend(&[number])?;
                 into.collected.key.push(weight);
             }

@@ -57,16 +57,7 @@ impl Steps {
 
     /// Adds a choice. Its successors are sorted, and the probabilities of equal ones are added.
     pub fn add<const W: usize>(&mut self, successors: &mut Vec<([u64; W], u32)>, fractions: &mut Fractions) {
-        if successors.len() > 1 {
-            successors.sort_unstable();
-            successors.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                if same {
-                    kept.1 = fractions.sum(kept.1, next.1);
-                }
-                same
-            });
-        }
+        fractions.unite(successors);
         for (code, weight) in successors.drain(..) {
             self.codes.extend(&code[..self.words]);
             self.weights.push(weight);

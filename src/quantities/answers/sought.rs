@@ -124,13 +124,13 @@ impl<S> Sought<'_, S> {
         let (positive, one) = (positive?, one?);
         if !is_safe {
             // The value is the probability to reach the states in which it is 1.
-            let until = Until { left: positive, right: one, least: 0, most: None };
+            let until = Until::unbounded(positive, one);
             return Ok(Box::new(move |precision| {
                 vector::probability(&arena, &until, goal, precision).map(&selected)
             }));
         }
         // 1 minus the value of reaching the states in which it is 0: whoever stays elsewhere satisfies it.
-        let until = Until { left: !one, right: !positive, least: 0, most: None };
+        let until = Until::unbounded(!one, !positive);
         Ok(Box::new(move |precision| {
             let mut found = vector::probability(&arena, &until, goal.opposite(), precision)?;
             found.values.iter_mut().for_each(Value::complement);

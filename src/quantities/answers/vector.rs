@@ -28,6 +28,13 @@ pub struct Until {
     pub most: Option<u64>,
 }
 
+impl Until {
+    /// Returns the formula `left U right`, without a bound on steps.
+    pub fn unbounded(left: BitVec, right: BitVec) -> Self {
+        Until { left, right, least: 0, most: None }
+    }
+}
+
 /// The way in which rewards are accumulated.
 #[derive(Debug, Clone)]
 pub enum Accumulation {

@@ -29,15 +29,23 @@ impl<'a, E: Engine> Search<'a, E> {
         let (sets, codec) = (self.sets()?, Codec::new(self.program)?);
         match Stored::new(sets.numbers(), (self.program, &codec), self.cost.is_some()) {
             Some(mut stored) => self.grown(&mut stored, &codec, states, meter),
-            None => Ok(self.walked(states, meter)?.0),
+            None => Ok(self.walked_in(&*sets, states, meter)?.0),
         }
     }
 
     /// Does the same by the commands; returns the codes of the states, too.
     pub(crate) fn walked(&self, states: &[State], meter: &mut Meter<'_>) -> Result<(Reached, Codes)> {
-        let sets = self.sets()?;
+        self.walked_in(&*self.sets()?, states, meter)
+    }
+
+    fn walked_in(
+        &self,
+        sets: &dyn Membership,
+        states: &[State],
+        meter: &mut Meter<'_>,
+    ) -> Result<(Reached, Codes)> {
         let walker = Walker::new(self.program, &*self.engine.settings().sink)?;
-        let mut walked = Walked::new(&*sets, &walker);
+        let mut walked = Walked::new(sets, &walker);
         let reached = self.grown(&mut walked, walker.codec(), states, meter)?;
         Ok((reached, walked.into_codes()))
     }

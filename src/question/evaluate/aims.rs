@@ -193,8 +193,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 false,
             ));
         }
-        let reach =
-            |right| Until { left: Members::repeat(true, arena.states()), right, least: 0, most: None };
+        let reach = |right| Until::unbounded(Members::repeat(true, arena.states()), right);
         if engine.is_game() {
             return match (condition.only_asks(Asks::Accept), condition.only_asks(Asks::Avoid)) {
                 (true, _) => Ok((Wanted::Until(reach(until(condition)?.ok_or_else(unsupported)?)), false)),

@@ -118,16 +118,15 @@ impl<'n> Chain<'n> {
     fn found<N: Number>(&self, aim: &Aim<'_>, goal: Extremes, arena: &Arena<'_>) -> Result<Vector<N>> {
         let (game, meter) = (&self.game, &mut arena.meter());
         let of = |set: &BitVec| self.members(|node| set[node.state as usize]);
-        let all = || BitVec::repeat(true, game.states());
-        let until = |left, right| Until { left, right, least: 0, most: None };
         let accumulation = match aim {
             Aim::Until(Until { left, right, least, .. }) => {
                 let right =
                     self.members(|node| right[node.state as usize] && u64::from(node.steps) >= *least);
-                return vector::until_of(game, &until(of(left), right), goal, meter);
+                return vector::until_of(game, &Until::unbounded(of(left), right), goal, meter);
             }
             Aim::Recur(all_of) => {
-                return vector::until_of(game, &until(all(), self.accepting(all_of)), goal, meter);
+                let all = BitVec::repeat(true, game.states());
+                return vector::until_of(game, &Until::unbounded(all, self.accepting(all_of)), goal, meter);
             }
             Aim::Reward(_, accumulation) => match accumulation {
                 Accumulation::Until(target) => Accumulation::Until(of(target)),

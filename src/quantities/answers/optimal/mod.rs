@@ -142,7 +142,7 @@ fn reached(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> 
 fn recurring(arena: &Arena<'_>, all: &[Accepting], goal: Extremes, precision: f64) -> Result<Optimal> {
     let rounds = Rounds::new(arena, all)?;
     let left = BitVec::repeat(true, arena.states());
-    let until = Until { left, right: rounds.members(), least: 0, most: None };
+    let until = Until::unbounded(left, rounds.members());
     let mut found = reached(arena, &until, goal, precision)?;
     found.never_ends();
     found.rounds = Some(rounds);
@@ -167,7 +167,7 @@ fn earned(
         let endless = if is_until {
             // An infinite reward is attained by paths that miss the target.
             let left = BitVec::repeat(true, arena.states());
-            let until = Until { left, right: target.clone(), least: 0, most: None };
+            let until = Until::unbounded(left, target.clone());
             reached(arena, &until, goal.opposite(), precision)?.rest.unwrap_or_default()
         } else {
             equations.earning_again(rewards, target)?

@@ -42,7 +42,7 @@ fn components_in_which_both_sides_can_stay_have_narrow_bounds_in_doubles() {
     let goal = Extremes::against(Optimum::Max);
     let (lower, upper) = bounds(|arena, _, won| {
         let left = BitVec::repeat(true, arena.states());
-        let until = Until { left, right: won, least: 0, most: None };
+        let until = Until::unbounded(left, won);
         probability(arena, &until, goal, 1e-6).unwrap().values.swap_remove(start(arena))
     });
     assert!(lower <= 0.5 && 0.5 <= upper && upper - lower <= 1e-6, "{lower} {upper}");

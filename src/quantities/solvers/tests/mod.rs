@@ -1,6 +1,7 @@
 //! Differential tests of the solvers.
 
 mod arenas;
+mod bounded;
 mod games;
 mod if_reached;
 mod objectives;
