@@ -424,9 +424,15 @@ impl Frontier {
         let weighs = |into| weighing.weigh(stepper, code, into);
         let is_weighed = self.probabilities.as_deref_mut().is_some_and(weighs);
         match self.probabilities.take().filter(|_| is_weighed) {
+            own if stepper.ends.is_empty() => {
+                // A deadlock stays.
+                self.graph.extend(&[self.next as u32])?;
+                self.graph.end_choice()?;
+                self.probabilities = own;
+                self.probabilities.iter_mut().try_for_each(|own| own.certain())?;
+            }
             Some(mut into) => {
-                let own = (code, self.next as u32, &*self.ahead);
-                let is_kept = weighing.add(stepper, own, &mut self.graph, &mut into)?;
+                let is_kept = weighing.add(stepper, (code, &self.ahead), &mut self.graph, &mut into)?;
                 self.probabilities = is_kept.then_some(into);
             }
             None => self.add_choices(&stepper.ends)?,
@@ -440,12 +446,8 @@ impl Frontier {
         Ok(())
     }
 
-    /// Adds choices, given the ends of their successors; none in a deadlock.
+    /// Adds choices, given the ends of their successors.
     fn add_choices(&mut self, ends: &[u32]) -> Result<()> {
-        if ends.is_empty() {
-            self.graph.extend(&[self.next as u32])?;
-            return self.graph.end_choice();
-        }
         let mut at = 0;
         for &end in ends {
             self.graph.extend(&self.ahead[at..end as usize])?;

@@ -46,7 +46,10 @@ impl Weighed {
     }
 
     /// Adds a choice with one successor.
-    fn certain(&mut self) -> Result<()> {
+    ///
+    /// # Errors
+    /// The memory limit is reached.
+    pub(crate) fn certain(&mut self) -> Result<()> {
         self.collected.add_first()
     }
 
@@ -77,7 +80,7 @@ impl<'t, const W: usize> Weighing<'t, W> {
             || weigher.weigh(stepper, &|| task.values(code), &mut into.fractions).is_ok()
     }
 
-    /// Adds the choices of the current state of the stepper, given its code, its number and the numbers of its steps. The
+    /// Adds the choices of the current state of the stepper, given its code and the numbers of its steps. The
     /// successors of a choice are each once, in the order of the values. Returns false if there are too many lists.
     ///
     /// # Errors
@@ -85,16 +88,10 @@ impl<'t, const W: usize> Weighing<'t, W> {
     pub(crate) fn add(
         &mut self,
         stepper: &Stepper<'_, W>,
-        (code, state, numbers): (&[u64; W], u32, &[u32]),
+        (code, numbers): (&[u64; W], &[u32]),
         graph: &mut Graph,
         into: &mut Weighed,
     ) -> Result<bool> {
-        if stepper.ends.is_empty() {
-            graph.extend(&[state])?;
-            graph.end_row()?;
-            into.certain()?;
-            return Ok(true);
-        }
         let (mut at, mut is_kept) = (0, true);
         for &end in &stepper.ends {
             let own = at..end as usize;
