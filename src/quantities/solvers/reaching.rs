@@ -88,8 +88,9 @@ impl Reaching<'_> {
         let (open, ones, infinite) = match self.collected {
             Collected::Target => {
                 let sides = Sides::new(&game.choices, &maximisers, &all, meter)?;
-                let one = sides.almost_sure(self.target, self.left, meter)?;
-                (sides.positive(self.target, self.left) & !one.clone(), one, nothing)
+                let positive = sides.positive(self.target, self.left);
+                let one = sides.almost_sure_within(positive.clone(), self.target, self.left, meter)?;
+                (positive & !one.clone(), one, nothing)
             }
             Collected::Until(rewards) => {
                 let sides = Sides::new(&game.choices, &minimisers, &all, meter)?;

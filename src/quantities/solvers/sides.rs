@@ -53,7 +53,21 @@ impl<'a> Sides<'a> {
         left: &BitVec,
         meter: &mut Meter<'_>,
     ) -> Result<BitVec> {
-        let mut y = self.positive(target, left);
+        self.almost_sure_within(self.positive(target, left), target, left, meter)
+    }
+
+    /// Does the same, given the states where the probability is positive.
+    ///
+    /// # Errors
+    /// The work is cancelled.
+    pub(crate) fn almost_sure_within(
+        &self,
+        positive: BitVec,
+        target: &BitVec,
+        left: &BitVec,
+        meter: &mut Meter<'_>,
+    ) -> Result<BitVec> {
+        let mut y = positive;
         if y.all() || y == *target {
             return Ok(y);
         }
