@@ -200,7 +200,7 @@ pub(crate) fn computed(
 
 impl<N: Number> Vector<N> {
     /// Creates a vector of finite values.
-    fn of(values: Vec<N>) -> Self {
+    pub(crate) fn of(values: Vec<N>) -> Self {
         Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) }
     }
 
@@ -223,7 +223,7 @@ impl<N: Number> Vector<N> {
 }
 
 /// Returns 1 in the states of a set, and 0 in all others.
-fn indicator<N: Number>(set: &BitVec) -> Vec<N> {
+pub(crate) fn indicator<N: Number>(set: &BitVec) -> Vec<N> {
     set.iter().map(|inside| if *inside { N::one() } else { N::zero() }).collect()
 }
 

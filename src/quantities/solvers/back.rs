@@ -3,6 +3,7 @@
 use bitvec::vec::BitVec;
 
 use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
+use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::equations::number::Number;
 use meliora_base::error::Result;
@@ -51,12 +52,13 @@ impl<'a, N: Number> Back<'a, N> {
         }
     }
 
-    /// Returns the optimum of the choices of a state for the values `x` after them.
-    fn best(&self, state: usize, x: &[N]) -> N {
+    /// Returns the optimum of the choices of a state for the values `x` after them; `each` gets the value of each choice.
+    fn best(&self, state: usize, x: &[N], mut each: impl FnMut(usize, &N)) -> N {
         let greatest = self.maximisers[state];
         let mut best: Option<(N, N)> = None;
         for choice in self.game.choices.of(state as u32) {
             let q = self.mean(choice, x);
+            each(choice, &q);
             let (low, high) = (q.low(), q.high());
             best = Some(match best {
                 None => (low, high),
@@ -65,6 +67,27 @@ impl<'a, N: Number> Back<'a, N> {
             });
         }
         best.map_or_else(N::zero, |(low, high)| N::between(&low, &high))
+    }
+
+    /// Returns a choice that is best in a state for the values `x` after it, and the optimum: `known` unless another one is
+    /// certainly better, else the first one. [`NONE`] without choices.
+    pub(crate) fn pick(&self, state: usize, x: &[N], known: u32) -> (u32, N) {
+        let greatest = self.maximisers[state];
+        let is_better = |a: &N, b: &N| if greatest { a.exceeds(b) } else { b.exceeds(a) };
+        let (mut picked, mut of_known): (Option<(u32, N)>, Option<N>) = (None, None);
+        let value = self.best(state, x, |choice, q| {
+            if choice as u32 == known {
+                of_known = Some(q.clone());
+            }
+            if picked.as_ref().is_none_or(|(_, old)| is_better(q, old)) {
+                picked = Some((choice as u32, q.clone()));
+            }
+        });
+        let choice = match (picked, of_known) {
+            (Some((_, best)), Some(own)) if !is_better(&best, &own) => known,
+            (picked, _) => picked.map_or(NONE, |(choice, _)| choice),
+        };
+        (choice, value)
     }
 
     /// Takes some steps backward from the values `x`; `each` gets a state and its optimum before a step.
@@ -83,7 +106,7 @@ impl<'a, N: Number> Back<'a, N> {
             let mut next = Vec::with_capacity(x.len());
             for state in 0..x.len() {
                 meter.step()?;
-                next.push(each(state, &|| self.best(state, &x)));
+                next.push(each(state, &|| self.best(state, &x, |_, _| {})));
             }
             let unchanged = next.iter().zip(&x).all(|(next, x)| next == x);
             x = next;

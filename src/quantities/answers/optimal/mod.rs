@@ -95,8 +95,8 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
         Aim::Until(until) => reached(arena, until, goal, precision),
         Aim::Recur(all) => recurring(arena, all, goal, precision),
         Aim::Reward(rewards, accumulation) => match accumulation {
-            Accumulation::Within(count) => steps::rewards(arena, rewards, (*count, true), goal),
-            Accumulation::At(count) => steps::rewards(arena, rewards, (*count, false), goal),
+            Accumulation::Within(count) => steps::rewards(arena, rewards, (*count, true), goal, precision),
+            Accumulation::At(count) => steps::rewards(arena, rewards, (*count, false), goal, precision),
             Accumulation::LongRun => average::optimal(arena, rewards, goal, precision),
             Accumulation::IfReached(_) => {
                 let message = "strategies for `F0` depend on the reward so far, and are not supported: ask for `Fc`, or \
@@ -128,13 +128,21 @@ fn bounds_of(
 /// Returns the strategy of an until formula without bounds.
 fn reached(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Optimal> {
     let values = vector::probabilities(arena, until, goal, precision)?.bounds(1.0)?;
-    let equations = Equations::new(arena, goal, &values, None);
-    let lost = |state: usize| !until.left[state] && !until.right[state];
-    let ends: BitVec = (0..arena.states()).map(|state| until.right[state] || lost(state)).collect();
-    let is_over = |state: usize| ends[state] || values[state].upper == 0.0;
+    let choices = choices_to_reach(arena, until, goal, &values)?;
+    let is_end = |state: usize| until.right[state] || !until.left[state];
+    Ok(Optimal::memoryless(values, choices, (0..arena.states()).map(is_end).collect()))
+}
+
+/// Returns the choices of an until formula without bounds that has these values.
+fn choices_to_reach(
+    arena: &Arena<'_>,
+    until: &Until,
+    goal: Extremes,
+    values: &[Interval],
+) -> Result<Choices> {
+    let is_over = |state: usize| until.right[state] || !until.left[state] || values[state].upper == 0.0;
     let over: BitVec = (0..arena.states()).map(is_over).collect();
-    let choices = equations.progressing(&over, false, &mut arena.meter())?;
-    Ok(Optimal::memoryless(values, choices, ends))
+    Equations::new(arena, goal, values, None).progressing(&over, false, &mut arena.meter())
 }
 
 /// Returns the strategy that satisfies one of some conditions: it reaches a component that it can stay in, and visits the
