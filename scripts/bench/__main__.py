@@ -58,7 +58,7 @@ getattr(sys, "set_int_max_str_digits", int)(0)
 AUTO_SHARE = 4
 # Runs of more seconds are not repeated.
 LONG = 20.0
-# Twice the default precision of the tools; the precision of approximate results of the benchmark set, relative.
+# Twice the default precision of the tools, relative above 1; the same of approximate results of the benchmark set.
 SLACK, APPROXIMATE = 2e-6, 1e-3
 Row = dict[str, Any]
 
@@ -69,7 +69,8 @@ def differs(one: Row, other: Row) -> list[str]:
     for key in one.keys() & other.keys():
         a, b = one[key], other[key]
         if key == "value":
-            same = a[0] - SLACK <= b[1] and b[0] <= a[1] + SLACK
+            slack = SLACK * max(1.0, abs(a[0]))
+            same = a[0] - slack <= b[1] and b[0] <= a[1] + slack
         else:
             same = a == b or isinstance(a, int) and min(a, b) >= 2**53 and abs(a - b) <= a * 1e-9
         wrong += [] if same else [f"{key}: {a} against {b}"]
