@@ -108,8 +108,10 @@ impl Answering<'_> {
         }
         let mut shares = Shares::of(self.listener, properties.len());
         let mut known = AHashMap::new();
-        for &at in properties {
-            let property = &self.asked.plan.properties[at];
+        let last = properties.last();
+        for at in properties {
+            let is_last = last == Some(at);
+            let (at, property) = (*at, &self.asked.plan.properties[*at]);
             let same = known.insert(&property.text, property.position);
             if let Some(same) = same.filter(|_| !self.options.regions) {
                 self.listener.update(|r| {
@@ -124,7 +126,7 @@ impl Answering<'_> {
                 self.listener.update(|r| r.answer(position, &answer));
                 continue;
             }
-            let evaluator = Evaluator::new(&model, source);
+            let evaluator = Evaluator::new(&model, source).last(is_last);
             let answer = || shares.next(|| evaluator.answer(term));
             let found = self.listener.timed(("value", "value"), answer);
             if let Ok(Ok(_)) = found {

@@ -3,6 +3,7 @@
 use smallvec::SmallVec;
 
 use super::lists::Lists;
+pub use super::lists::MOST;
 use meliora_model::step::Combination;
 use meliora_model::{CommandId, ModelKind, Program};
 
@@ -30,12 +31,6 @@ impl Enabled {
         std::iter::from_fn(move || {
             first_part(&mut key, |index| program.synchronisations[index].factors.len())
         })
-    }
-
-    /// Returns the synchronisations of a list, each with the number of its choices.
-    pub fn synchronisations(&self, program: &Program, list: u32) -> impl Iterator<Item = (usize, usize)> {
-        self.parts(program, list)
-            .map(|(index, factors)| (index, factors.iter().map(|own| own.len()).product()))
     }
 
     /// Returns the choices of a list, in the order of [`Program::steps`]; none of a deadlock.

@@ -8,7 +8,7 @@ use super::meter::{Array, Meter};
 use meliora_base::error::Result;
 
 /// Maximum number of different lists.
-pub(crate) const MOST: usize = 1 << 16;
+pub const MOST: usize = 1 << 16;
 
 type Key = Arc<[u32]>;
 

@@ -71,6 +71,14 @@ pub struct Answer {
     pub end: Result<()>,
 }
 
+impl Answer {
+    /// Returns the values at some positions.
+    #[must_use]
+    pub fn selected(self, positions: &[usize]) -> Self {
+        Answer { values: positions.iter().map(|&at| self.values[at].clone()).collect(), end: self.end }
+    }
+}
+
 /// Computes a quantity in some states of the scope, from the regions of the formula that
 /// [`needed`](super::sought::needed) names; for a reward, these are the regions of reaching the target. With `exact`, computes with fractions, which can
 /// become very long.

@@ -59,7 +59,7 @@ impl<S> Sought<'_, S> {
     /// and the opponent looks for the other one. `None` if such a number of a game is not supported: the formula is neither
     /// safe nor co-safe.
     ///
-    /// Cost: that of [`Paths::explore`]; of a game, that of [`Arena::new`].
+    /// Cost: that of [`Paths::explore`]; of a game, that of [`Arena::reached`].
     ///
     /// # Errors
     /// A limit is reached, or a reward is wrong.
@@ -103,34 +103,32 @@ impl<S> Sought<'_, S> {
         regions: &Regions<Option<S>>,
         states: &[State],
     ) -> Result<Compute<'e>> {
-        let (arena, goal) = (Arena::new(engine, program)?, Extremes::against(optimum));
-        let numbers: Vec<usize> = states.iter().map(|state| arena.number(state)).collect();
-        let selected = move |found: Answer| {
-            let values = numbers.iter().map(|state| found.values[*state].clone()).collect();
-            Answer { values, end: found.end }
-        };
+        let goal = Extremes::against(optimum);
+        let reached = |stops: &E::States| Arena::reached(engine, program, states, stops);
+        let of = |numbers: Vec<usize>| move |found: Answer| found.selected(&numbers);
         if let Sought::Reward(structure, target) = self {
+            let (arena, numbers) = reached(target)?;
             let until = Accumulation::Until(arena.members(engine, target)?);
-            let rewards = arena.rewards(engine, *structure)?;
+            let (rewards, selected) = (arena.rewards(engine, *structure)?, of(numbers));
             return Ok(Box::new(move |precision| {
                 vector::reward(&arena, &rewards, &until, goal, precision).map(&selected)
             }));
         }
         let needed = self.needed(optimum);
-        let [positive, one] = [needed[0], needed[1]].map(|which| {
-            let region = regions.known(which)?;
-            arena.members(engine, region)
-        });
-        let (positive, one) = (positive?, one?);
+        let (positive, one) = (regions.known(needed[0])?, regions.known(needed[1])?);
+        let zero = engine.difference(&engine.all_states(), positive)?;
+        let (arena, numbers) = reached(&engine.union(&zero, one)?)?;
+        let (zero, one) = (arena.members(engine, &zero)?, arena.members(engine, one)?);
+        let selected = of(numbers);
         if !is_safe {
             // The value is the probability to reach the states in which it is 1.
-            let until = Until::unbounded(positive, one);
+            let until = Until::unbounded(!zero, one);
             return Ok(Box::new(move |precision| {
                 vector::probability(&arena, &until, goal, precision).map(&selected)
             }));
         }
         // 1 minus the value of reaching the states in which it is 0: whoever stays elsewhere satisfies it.
-        let until = Until::unbounded(!one, !positive);
+        let until = Until::unbounded(!one, zero);
         Ok(Box::new(move |precision| {
             let mut found = vector::probability(&arena, &until, goal.opposite(), precision)?;
             found.values.iter_mut().for_each(Value::complement);

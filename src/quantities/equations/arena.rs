@@ -9,7 +9,6 @@ use meliora_base::exact::Ratio;
 use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
 use meliora_engine::membership::Numbers;
-use meliora_model::rewards::Earner;
 use meliora_model::{Program, State};
 use meliora_space::enabled::Enabled;
 use meliora_space::weighted::{Codec, Walker};
@@ -22,7 +21,7 @@ pub use super::game_graph::{Extremes, GameGraph, Rewards};
 use super::graph::Graph;
 use super::meter::Meter;
 use super::narrow::Narrow;
-use super::reached::Growing;
+use super::reached::{Growing, Reached};
 use super::source::{Numbered, Source, Stored, Walked};
 
 /// A set of states of an arena.
@@ -52,50 +51,71 @@ impl<'e> Arena<'e> {
     /// # Errors
     /// The states do not fit into the memory limit; another limit is reached; a command has no meaning in some state.
     pub fn new<E: Engine>(engine: &'e E, program: &'e Program) -> Result<Self> {
-        let all = engine.all_states();
-        let count = engine.count(&all)?;
-        let settings = engine.settings();
-        // A state and its code; its choices come later.
-        let each = (size_of::<State>() + 2 * 8 * program.variables.len()) as u64;
-        let most = settings.memory / each;
+        let (count, most) =
+            (engine.count(&engine.all_states())?, engine.settings().memory / bytes_of_state(program) as u64);
         if count > most.into() {
             let what = format!(
                 "numbers of all states need a list of the {count} states of the scope, more than the {most} that fit"
             );
             return Err(Limit::Memory { what }.into());
         }
-        let (mut meter, codec, sink) = (Meter::new(engine), Codec::new(program)?, Arc::clone(&settings.sink));
-        let none = engine.no_states();
-        let membership = engine.membership(&[&none, &all])?;
-        let stored = Stored::new(membership.numbers(), (program, &codec), false);
-        let (graph, codes, numbers) = match stored {
+        Ok(Arena::listed(engine, program, None, &engine.no_states())?.0)
+    }
+
+    /// Lists the states that some states reach, breadth first, and returns the numbers of these. The states of `stops` are
+    /// not left: each has one choice, which stays there. Cost: as [`Arena::new`], for these states.
+    ///
+    /// # Errors
+    /// The errors of [`Arena::new`].
+    pub fn reached<E: Engine>(
+        engine: &'e E,
+        program: &'e Program,
+        starts: &[State],
+        stops: &E::States,
+    ) -> Result<(Self, Vec<usize>)> {
+        let (arena, starts) = Arena::listed(engine, program, Some(starts), stops)?;
+        Ok((arena, starts.into_iter().map(|number| number as usize).collect()))
+    }
+
+    /// Lists some states, or all, and those that they reach without leaving `stops`; returns the numbers of the first ones.
+    fn listed<E: Engine>(
+        engine: &'e E,
+        program: &'e Program,
+        starts: Option<&[State]>,
+        stops: &E::States,
+    ) -> Result<(Self, Vec<u32>)> {
+        let all = engine.all_states();
+        let (mut meter, codec, sink) =
+            (Meter::new(engine), Codec::new(program)?, Arc::clone(&engine.settings().sink));
+        let membership = engine.membership(&[stops, &all])?;
+        let (found, codes, choices) = match Stored::new(membership.numbers(), (program, &codec), false) {
             Some(mut stored) => {
-                let of_state = in_order(stored.numbers, &mut meter)?;
-                let graph = listed(&mut stored, &codec, &of_state, &mut meter)?;
-                let codes =
-                    of_state.iter().flat_map(|&number| stored.numbers.code(number)).copied().collect();
-                (graph, codes, Some(stored.numbered(of_state)))
+                let in_order =
+                    |stored: &mut Stored<'_>, meter: &mut Meter<'_>| in_order(stored.numbers, meter);
+                let (found, codes) = explored(&mut stored, &codec, (starts, in_order), &mut meter)?;
+                (found, codes, Some(stored.choices()))
             }
             None => {
                 let walker = Walker::new(program, &*sink)?;
                 let mut walked = Walked::new(&*membership, &walker);
-                let states = engine.list_states(&all, usize::MAX)?;
-                let bytes = states.len() * each as usize;
-                meter.take(bytes)?;
-                let order: Result<Vec<u32>> =
-                    states.iter().map(|state| walked.number(state, &mut meter)).collect();
-                let order = order?;
-                drop(states);
-                meter.release(bytes);
-                let graph = listed(&mut walked, &codec, &order, &mut meter)?;
-                (graph, order.iter().flat_map(|&number| walked.code(number)).collect(), None)
+                let in_order = |walked: &mut Walked<'_>, meter: &mut Meter<'_>| {
+                    let states = engine.list_states(&all, usize::MAX)?;
+                    let bytes = states.len() * bytes_of_state(program);
+                    meter.take(bytes)?;
+                    let order = numbers_of(walked, &states, meter);
+                    meter.release(bytes);
+                    order
+                };
+                let (found, codes) = explored(&mut walked, &codec, (starts, in_order), &mut meter)?;
+                (found, codes, None)
             }
         };
-        let Graph { game: graph, positions, .. } = graph;
+        let Reached { graph: Graph { game: graph, positions, .. }, starts, numbers: of_state, .. } = found;
+        let numbers = choices.map(|(choices, probabilities)| Numbered { of_state, choices, probabilities });
         let memory = meter.left();
         let mut arena = Arena { program, graph, positions, codes, numbers, codec, sink, memory };
         arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
-        Ok(arena)
+        Ok((arena, starts))
     }
 
     /// Returns the position of a choice among those of its state in the program.
@@ -129,7 +149,7 @@ impl<'e> Arena<'e> {
         &self.codec
     }
 
-    /// Returns the number of a state.
+    /// Returns the number of a state, of all states.
     pub fn number(&self, state: &State) -> usize {
         // The states are in the order of their values.
         let (mut low, mut high) = (0, self.states());
@@ -194,23 +214,16 @@ impl<'e> Arena<'e> {
     }
 
     fn signed_rewards(&self, structure: usize) -> Result<Rewards> {
-        let (program, items) = (self.program, &self.program.rewards[structure]);
+        let items = &self.program.rewards[structure];
         let mut meter = self.meter();
         meter.take((self.states() + self.choices.start.len()) * 4)?;
-        let by_state = items.items.iter().all(|item| matches!(item.earner, Earner::State));
-        let walker = if by_state { None } else { Earnings::walker(self, items)? };
-        let mut earnings = (!by_state).then(|| Earnings::new(self, items, walker.as_ref()));
-        let mut rewards = Rewards::default();
+        let walker = Earnings::walker(self, items)?;
+        let mut earnings = Earnings::new(self, items, walker.as_ref());
+        let (mut rewards, mut state) = (Rewards::default(), State::new());
         for number in 0..self.states() {
             meter.step()?;
-            let state = self.state(number);
-            let own = program.signed_reward_of(items, &state, &[])?;
-            let own = rewards.fractions.number(own);
-            rewards.of_state.push(own);
-            match &mut earnings {
-                Some(earnings) => earnings.add(number, &state, &mut rewards)?,
-                None => self.choices.of(number as u32).for_each(|_| rewards.of_choice.push(own)),
-            }
+            self.codec.decode_into(self.code(number), &mut state);
+            earnings.add(number, &state, &mut rewards)?;
         }
         Ok(rewards)
     }
@@ -236,14 +249,34 @@ fn in_order(numbers: &dyn Numbers, meter: &mut Meter<'_>) -> Result<Vec<u32>> {
     Ok(order.into_iter().map(|(_, number)| number).collect())
 }
 
-/// Returns the graph of the states of these numbers, and counts the bytes of their codes. Cost: linear, with the choices of each
-/// state listed once.
-fn listed(source: &mut impl Source, codec: &Codec, order: &[u32], meter: &mut Meter<'_>) -> Result<Graph> {
+/// Returns the bytes of a state and its code, without its choices.
+fn bytes_of_state(program: &Program) -> usize {
+    size_of::<State>() + 2 * 8 * program.variables.len()
+}
+
+/// Returns the numbers of some states.
+fn numbers_of(source: &mut impl Source, states: &[State], meter: &mut Meter<'_>) -> Result<Vec<u32>> {
+    states.iter().map(|state| source.number(state, meter)).collect()
+}
+
+/// Returns the graph of the states that some states reach, or of all in an order, with their codes one after the other. Cost:
+/// linear, with the choices of each state listed once.
+fn explored<S: Source>(
+    source: &mut S,
+    codec: &Codec,
+    (starts, in_order): (Option<&[State]>, impl FnOnce(&mut S, &mut Meter<'_>) -> Result<Vec<u32>>),
+    meter: &mut Meter<'_>,
+) -> Result<(Reached, Vec<u64>)> {
+    let starts = match starts {
+        Some(starts) => numbers_of(source, starts, meter)?,
+        None => in_order(source, meter)?,
+    };
     let before = meter.bytes();
-    let graph = Growing::new(source, (codec, None), (false, false), meter)?.run(source, order)?.graph;
-    meter.release_to(before + graph.bytes());
-    meter.take(order.len() * codec.words() * size_of::<u64>())?;
-    Ok(graph)
+    let found = Growing::new(source, (codec, None), (false, false), meter)?.run(source, &starts)?;
+    meter.release_to(before + found.graph.bytes());
+    meter.take(found.numbers.len() * codec.words() * size_of::<u64>())?;
+    let codes = found.numbers.iter().flat_map(|&number| source.code(number)).collect();
+    Ok((found, codes))
 }
 
 impl Deref for Arena<'_> {

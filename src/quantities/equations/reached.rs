@@ -10,7 +10,7 @@ use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_model::State;
 use meliora_space::weighted::Codec;
-use num_traits::Zero;
+use num_traits::{One, Zero};
 
 /// The node of all states where the path ends.
 pub(crate) const END: u32 = 0;
@@ -25,11 +25,12 @@ const OUTSIDE: u32 = u32::MAX - 3;
 const THEIRS: u32 = 3;
 
 /// Returns the node, or the constant, of a state that is in some of these sets: the ends, the states in which the path
-/// continues, and all states of the engine. The path has failed in the others of the engine.
-fn part(marks: u64) -> u32 {
+/// continues, and all states of the engine. The path has failed in the others of the engine. `ends` says that all ends are
+/// one node.
+fn part(marks: u64, ends: bool) -> u32 {
     match marks.trailing_zeros() {
-        0 => END,
-        1 => WAITING,
+        0 if ends => END,
+        0 | 1 => WAITING,
         2 => LOST,
         _ => OUTSIDE,
     }
@@ -44,6 +45,8 @@ pub(crate) struct Reached {
     pub(crate) starts: Vec<u32>,
     /// The node of each number of the source, or one of the constants.
     nodes: Vec<u32>,
+    /// The numbers of the states with nodes of their own, in the order of these.
+    pub(crate) numbers: Vec<u32>,
 }
 
 impl Reached {
@@ -58,7 +61,7 @@ impl Reached {
 pub(crate) struct Growing<'a, 'm> {
     codec: &'a Codec,
     graph: Graph,
-    /// True if paths end: the first node is [`END`].
+    /// True if paths end: the first node is [`END`]. Else each state of the first set has a node, which is never left.
     ends: bool,
     /// The node of each number of the source, or one of the constants.
     nodes: Vec<u32>,
@@ -114,11 +117,21 @@ impl<'a, 'm> Growing<'a, 'm> {
             if self.graph.theirs.is_some() {
                 self.graph.set_owner(node, source.marks(number)? >> THEIRS & 1 == 1);
             }
-            self.choices(number, source)?;
+            match !self.ends && source.marks(number)? & 1 == 1 {
+                true => self.stay_in(node),
+                false => self.choices(number, source)?,
+            }
             self.graph.end(node, self.meter)?;
         }
         self.graph.finish();
-        Ok(Reached { graph: self.graph, starts, nodes: self.nodes })
+        Ok(Reached { graph: self.graph, starts, nodes: self.nodes, numbers: self.numbers })
+    }
+
+    /// Adds the choice of a node that is never left.
+    fn stay_in(&mut self, node: u32) {
+        let sure = self.graph.fraction(Ratio::one());
+        self.graph.add_choice(0, self.free);
+        self.graph.add_edge(Edge::new(node, sure, false));
     }
 
     /// Adds the choices of a state that lead to states of the engine.
@@ -127,7 +140,7 @@ impl<'a, 'm> Growing<'a, 'm> {
         let state = if self.cost.is_some() { self.codec.decode(&source.code(number)) } else { State::new() };
         for position in 0..count {
             let (targets, weights) = source.choice(position);
-            if !self.stay(targets, source)? {
+            if !self.are_inside(targets, source)? {
                 continue;
             }
             let cost = match self.cost {
@@ -144,7 +157,7 @@ impl<'a, 'm> Growing<'a, 'm> {
     }
 
     /// Returns whether all of some states are states of the engine.
-    fn stay(&mut self, targets: &[u32], source: &impl Source) -> Result<bool> {
+    fn are_inside(&mut self, targets: &[u32], source: &impl Source) -> Result<bool> {
         for &target in targets {
             if self.learn(target, source)? == OUTSIDE {
                 return Ok(false);
@@ -162,7 +175,7 @@ impl<'a, 'm> Growing<'a, 'm> {
         }
         let known = &mut self.nodes[number as usize];
         if *known == UNKNOWN {
-            *known = part(source.marks(number)?);
+            *known = part(source.marks(number)?, self.ends);
         }
         Ok(*known)
     }

@@ -62,6 +62,15 @@ pub(super) struct Numbered {
     pub(super) probabilities: Arc<Probabilities>,
 }
 
+/// Returns the combinations that a choice draws from, of all of its state.
+pub(super) fn drawn<'c>(program: &Program, all: &'c [Combination], position: usize) -> &'c [Combination] {
+    match program.kind {
+        ModelKind::Dtmc => all,
+        // A deadlock has none.
+        _ => all.get(position..=position).unwrap_or_default(),
+    }
+}
+
 /// The states that an engine stores, with the choices that it has found.
 pub(super) struct Stored<'a> {
     pub(super) numbers: &'a dyn Numbers,
@@ -94,10 +103,9 @@ impl<'a> Stored<'a> {
         Some(Stored { numbers, probabilities, program, codec, kept, combinations, last: (0, 0) })
     }
 
-    /// Returns the numbers of some states.
-    pub(super) fn numbered(&self, of_state: Vec<u32>) -> Numbered {
-        let choices = self.numbers.kept_choices().cloned();
-        Numbered { of_state, choices, probabilities: Arc::clone(self.probabilities) }
+    /// Returns the choices by commands, if the engine keeps them, and the probabilities of all.
+    pub(super) fn choices(&self) -> (Option<Arc<Enabled>>, Arc<Probabilities>) {
+        (self.numbers.kept_choices().cloned(), Arc::clone(self.probabilities))
     }
 }
 
@@ -141,11 +149,7 @@ impl Source for Stored<'_> {
 
     fn combinations(&self, position: usize) -> Cow<'_, [Combination]> {
         let all = self.combinations.get(self.last.1 as usize).and_then(Option::as_deref).unwrap_or_default();
-        Cow::Borrowed(match self.program.kind {
-            ModelKind::Dtmc => all,
-            // A deadlock has none.
-            _ => all.get(position..=position).unwrap_or_default(),
-        })
+        Cow::Borrowed(drawn(self.program, all, position))
     }
 }
 

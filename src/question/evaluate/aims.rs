@@ -6,7 +6,7 @@ use meliora_base::value::EvalError;
 use meliora_engine::Engine;
 use meliora_lang::ast::BinaryOp;
 use meliora_lang::property::Optimum;
-use meliora_lang::property::term::{Accumulated, Measure, Path, Single, Step, Term};
+use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Single, Step, Term};
 use meliora_model::temporal::{Asks, Condition};
 use meliora_model::{Program, State};
 use meliora_quantities::Interval;
@@ -53,6 +53,16 @@ impl Wanted {
     }
 }
 
+/// The states that an operator names.
+struct Named<S> {
+    /// The target.
+    target: Option<S>,
+    /// The states that a path may visit before it, if not all.
+    left: Option<S>,
+    /// States in which every path is decided.
+    stops: S,
+}
+
 /// The strategy of an arena.
 pub(super) struct Found {
     pub(super) nodes: PolicyNodes,
@@ -75,15 +85,12 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             _ => {
                 let game = self.played(measured)?;
                 let engine = game.as_ref().unwrap_or(self.engine);
-                let own = game.as_ref().map(|game| Arena::new(game, self.program)).transpose()?;
-                let arena: &Arena<'_> = match &own {
-                    Some(own) => own,
-                    None => self.model.arena()?,
-                };
+                let named = self.named(measured)?;
+                let (arena, starts) = Arena::reached(engine, self.program, &starts, &named.stops)?;
                 let goal = goal(measured.optimum, engine.is_game());
-                let (wanted, is_negated) = self.wanted_of(played, arena)?;
+                let (wanted, is_negated) = self.wanted_of(played, &arena, &named)?;
                 return Of {
-                    arena,
+                    arena: &arena,
                     variables: self.program.variables.len(),
                     is_watched: false,
                     starts: &starts,
@@ -111,46 +118,78 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         starts: &[State],
         precision: f64,
     ) -> Result<Found> {
-        let arena = Arena::new(engine, program)?;
+        let (arena, starts) = Arena::reached(engine, program, starts, &engine.no_states())?;
         let (wanted, is_negated) = self.wanted_of_product(played, engine, condition, &arena)?;
         let goal = goal(played.measured.optimum, engine.is_game());
         Of {
             arena: &arena,
             variables: self.program.variables.len(),
             is_watched: true,
-            starts,
+            starts: &starts,
             precision: self.model.precision,
         }
         .found(&wanted, (goal, is_negated), precision)
     }
 
-    /// Returns the aim of an operator without monitors, and whether its probability is 1 minus the one that is asked for.
-    fn wanted_of(&self, played: &Played<'_>, arena: &Arena<'_>) -> Result<(Wanted, bool)> {
+    /// Returns the states that an operator without monitors names.
+    fn named(&self, measured: &Measured) -> Result<Named<E::States>> {
+        let (wanted, left, is_decided) = match &measured.measure {
+            Measure::LongRun(states) => (Some(states), None, false),
+            Measure::Reward(_, Accumulated::Anyway(states) | Accumulated::IfReached(states)) => {
+                (Some(states), None, true)
+            }
+            Measure::Reward(_, Accumulated::Until(path)) => (target(path), None, true),
+            Measure::Reward(..) => (None, None, false),
+            Measure::Probability(path) => match path.single.as_ref().map(|single| &single.step) {
+                Some(Step::Now(states)) => (Some(states), None, true),
+                Some(Step::Next(states)) => (Some(states), None, false),
+                Some(Step::Until { left, right, least, .. }) => (Some(right), left.as_ref(), *least == 0),
+                None => (None, None, false),
+            },
+        };
         let all = self.engine.all_states();
-        let members = |term: &Term| arena.members(self.engine, &self.states(term, &all)?);
+        let states = |term: Option<&Term>| term.map(|term| self.states(term, &all)).transpose();
+        let (target, left) = (states(wanted)?, states(left)?);
+        let mut stops = self.engine.no_states();
+        if let Some(target) = target.as_ref().filter(|_| is_decided) {
+            let outside = left.as_ref().map(|left| self.engine.difference(&all, left)).transpose()?;
+            stops = self.engine.union(target, &outside.unwrap_or(stops))?;
+        }
+        Ok(Named { target, left, stops })
+    }
+
+    /// Returns the aim of an operator without monitors, and whether its probability is 1 minus the one that is asked for.
+    fn wanted_of(
+        &self,
+        played: &Played<'_>,
+        arena: &Arena<'_>,
+        named: &Named<E::States>,
+    ) -> Result<(Wanted, bool)> {
+        let members = |set: &Option<E::States>, all: bool| match set {
+            Some(set) => arena.members(self.engine, set),
+            None => Ok(Members::repeat(all, arena.states())),
+        };
+        let (target, left) = (members(&named.target, false)?, || members(&named.left, true));
         Ok(match &played.measured.measure {
-            Measure::LongRun(states) => (
+            Measure::LongRun(_) => (
                 Wanted::Reward(
-                    Box::new(Rewards::of_set(arena, &members(states)?)),
+                    Box::new(Rewards::of_set(arena, &target)),
                     Accumulation::LongRun,
                     Ratio::default(),
                 ),
                 false,
             ),
             Measure::Probability(path) => match &path.single {
-                Some(single) => (Wanted::Until(until(single, arena, &members)?), single.negated),
+                Some(single) => (Wanted::Until(until(single, target, left()?)), single.negated),
                 None => return Err(self.unsupported(played.term, NEITHER, ASK_QUALITATIVELY)),
             },
             Measure::Reward(rewards, accumulated) => {
                 let unknown = || Error::Usage("unknown reward structure".to_owned());
                 let structure = rewards.find(self.program).ok_or_else(unknown)?;
                 let accumulation = match accumulated {
-                    Accumulated::Until(path) => match target(path) {
-                        Some(target) => Accumulation::Until(members(target)?),
-                        None => return Err(unknown()),
-                    },
-                    Accumulated::Anyway(states) => Accumulation::Anyway(members(states)?),
-                    Accumulated::IfReached(states) => Accumulation::IfReached(members(states)?),
+                    Accumulated::Until(_) => Accumulation::Until(target),
+                    Accumulated::Anyway(_) => Accumulation::Anyway(target),
+                    Accumulated::IfReached(_) => Accumulation::IfReached(target),
                     Accumulated::Within(steps) => Accumulation::Within(*steps),
                     Accumulated::Total => Accumulation::Total,
                     Accumulated::At(steps) => Accumulation::At(*steps),
@@ -231,17 +270,14 @@ pub(super) fn target(path: &Path) -> Option<&Term> {
     }
 }
 
-/// Returns an operator as an until formula.
-fn until(single: &Single, arena: &Arena<'_>, members: &dyn Fn(&Term) -> Result<Members>) -> Result<Until> {
-    let all = |inside| Members::repeat(inside, arena.states());
-    Ok(match &single.step {
-        Step::Now(now) => Until { left: all(false), right: members(now)?, least: 0, most: None },
-        Step::Next(next) => Until { left: all(true), right: members(next)?, least: 1, most: Some(1) },
-        Step::Until { left, right, least, most } => {
-            let left = left.as_ref().map_or_else(|| Ok(all(true)), members)?;
-            Until { left, right: members(right)?, least: *least, most: *most }
-        }
-    })
+/// Returns an operator as an until formula with these sets; `left` has all states if none are named.
+fn until(single: &Single, target: Members, left: Members) -> Until {
+    let of = |left: Members, least: u64, most: Option<u64>| Until { left, right: target, least, most };
+    match &single.step {
+        Step::Now(_) => of(Members::repeat(false, left.len()), 0, None),
+        Step::Next(_) => of(left, 1, Some(1)),
+        Step::Until { least, most, .. } => of(left, *least, *most),
+    }
 }
 
 /// The arena of a model, or of one with monitors.
@@ -251,7 +287,8 @@ struct Of<'a> {
     variables: usize,
     /// True with monitors.
     is_watched: bool,
-    starts: &'a [State],
+    /// The numbers of the initial states.
+    starts: &'a [usize],
     /// The precision of the values that are attained.
     precision: f64,
 }
@@ -264,9 +301,9 @@ impl Of<'_> {
             // Only the monitors know that a path is decided.
             found.never_ends();
         }
-        let numbers: Vec<usize> = self.starts.iter().map(|state| self.arena.number(state)).collect();
-        let nodes = found.nodes(self.arena, &numbers, MOST_STATES)?;
-        let attained = attained(self.arena, &wanted.aim(), goal, (&nodes, numbers.len()), self.precision)?;
+        let nodes = found.nodes(self.arena, self.starts, MOST_STATES)?;
+        let count = self.starts.len();
+        let attained = attained(self.arena, &wanted.aim(), goal, (&nodes, count), self.precision)?;
         let asked = |number: Number| -> Result<Number> {
             let number = if is_negated { number.complemented() } else { number };
             wanted.moved(number)
@@ -275,7 +312,7 @@ impl Of<'_> {
             let Interval { lower, upper } = found.values[number];
             asked(Number::between(lower, upper))
         };
-        let optima = numbers.iter().map(optimum).collect::<Result<_>>()?;
+        let optima = self.starts.iter().map(optimum).collect::<Result<_>>()?;
         let values = attained.into_iter().map(|value| asked(value.into())).collect::<Result<_>>()?;
         Ok(Found { nodes: PolicyNodes::new(nodes, (self.variables, self.is_watched)), optima, values })
     }

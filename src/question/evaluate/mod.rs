@@ -117,6 +117,8 @@ pub struct Evaluator<'m, 'a, E: Engine> {
     engine: &'a E,
     program: &'a Arc<Program>,
     source: &'m Arc<SourceFile>,
+    /// True if nothing is asked of the engine after this property.
+    is_last: bool,
 }
 
 /// A region of a formula, with its states.
@@ -155,7 +157,20 @@ struct At<S> {
 impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
     /// Creates an evaluator for the properties of a text.
     pub fn new(model: &'m Model<'a, E>, source: &'m Arc<SourceFile>) -> Self {
-        Evaluator { model, engine: model.engine, program: model.program, source }
+        Evaluator { model, engine: model.engine, program: model.program, source, is_last: false }
+    }
+
+    /// Says whether nothing is asked of the engine after the next property.
+    #[must_use]
+    pub(crate) fn last(self, is_last: bool) -> Self {
+        Evaluator { is_last, ..self }
+    }
+
+    /// Ends the other ways of a race: the states that have equations are known, and these are the same on each way.
+    fn settle(&self) {
+        if self.is_last {
+            self.engine.settings().settle();
+        }
     }
 
     /// Returns the text of a property on one line.

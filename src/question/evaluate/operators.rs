@@ -38,7 +38,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     self.parts_of_product(&product, sought.needed(optimum), &asked.at.list)?;
                 let model = (&*product.engine, &*product.program);
                 match sought.prepare(model, optimum, &regions, &states)? {
-                    Some(compute) => computed(compute, asked.precision),
+                    Some(compute) => self.computed(compute, asked.precision),
                     None => self.zero_or_one(asked, &product, &regions, &states),
                 }
             }
@@ -58,9 +58,16 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         }
         let model = (self.engine, &**self.program);
         match sought.prepare(model, optimum, &regions, &asked.at.list)? {
-            Some(compute) => computed(compute, asked.precision),
+            Some(compute) => self.computed(compute, asked.precision),
             None => Err(self.unsupported(asked.term, NEITHER, ASK_QUALITATIVELY)),
         }
+    }
+
+    /// Returns the values that were prepared.
+    fn computed(&self, mut compute: Compute<'_>, precision: f64) -> Result<Vec<Number>> {
+        self.settle();
+        let found = compute(precision)?;
+        found.end.map(|()| found.values.into_iter().map(Number::from).collect())
     }
 
     /// Returns the probabilities of a formula with one operator, over all states.
@@ -80,7 +87,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             }
             Step::Next(target) => {
                 let target = self.states(target, &all)?;
-                self.in_arena(asked, |arena, engine| {
+                self.in_arena(asked, None, |arena, engine| {
                     vector::next(arena, &arena.members(engine, &target)?, goal, asked.precision)
                 })?
             }
@@ -90,7 +97,9 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     None => all.clone(),
                 };
                 let target = self.states(right, &all)?;
-                self.in_arena(asked, |arena, engine| {
+                let lost = self.engine.difference(&all, &through)?;
+                let decided = (*least == 0).then(|| self.engine.union(&target, &lost)).transpose()?;
+                self.in_arena(asked, decided.as_ref(), |arena, engine| {
                     let (left, right) = (arena.members(engine, &through)?, arena.members(engine, &target)?);
                     let until = Until { left, right, least: *least, most: *most };
                     vector::probability(arena, &until, goal, asked.precision)
@@ -100,22 +109,34 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         Ok(if single.negated { found.iter().map(Number::complemented).collect() } else { found })
     }
 
-    /// Computes over the list of all states, in which the players of the operator are ours.
+    /// Computes over a list of states, in which the players of the operator are ours: those that are reached without leaving
+    /// `stops`, or all.
     fn in_arena(
         &self,
         asked: &Operator<'_, E::States>,
+        stops: Option<&E::States>,
         compute: impl FnOnce(&Arena<'_>, &E) -> Result<Answer>,
     ) -> Result<Vec<Number>> {
-        match self.played(asked.measured)? {
-            None => {
+        let (game, states) = (self.played(asked.measured)?, &asked.at.list);
+        let engine = game.as_ref().unwrap_or(self.engine);
+        let own;
+        let (arena, numbers): (&Arena<'_>, _) = match (stops, &game) {
+            (None, None) => {
                 let arena = self.model.arena()?;
-                selected(arena, compute(arena, self.engine)?, &asked.at.list)
+                (arena, numbers_of(arena, states))
             }
-            Some(game) => {
-                let arena = Arena::new(&game, self.program)?;
-                selected(&arena, compute(&arena, &game)?, &asked.at.list)
+            (None, Some(game)) => {
+                own = Arena::new(game, self.program)?;
+                (&own, numbers_of(&own, states))
             }
-        }
+            (Some(stops), _) => {
+                let (reached, numbers) = Arena::reached(engine, self.program, states, stops)?;
+                own = reached;
+                (&own, numbers)
+            }
+        };
+        self.settle();
+        selected(compute(arena, engine)?, &numbers)
     }
 
     /// Returns the probabilities of a formula of a game that no finite part of a path decides, if they are 0 or 1.
@@ -145,7 +166,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     pub(super) fn long_run(&self, asked: &Operator<'_, E::States>, states: &Term) -> Result<Vec<Number>> {
         let states = self.states(states, &self.engine.all_states())?;
         let goal = goal(asked.measured.optimum, self.engine.is_game());
-        self.in_arena(asked, |arena, engine| {
+        self.in_arena(asked, None, |arena, engine| {
             vector::long_run(arena, &arena.members(engine, &states)?, goal, asked.precision)
         })
     }
@@ -167,7 +188,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 let is_lost = matches!(accumulated, Accumulated::IfReached(_));
                 let target = self.states(states, &self.engine.all_states())?;
                 let goal = goal(asked.measured.optimum, self.engine.is_game());
-                return self.in_arena(asked, |arena, engine| {
+                return self.in_arena(asked, Some(&target), |arena, engine| {
                     let target = arena.members(engine, &target)?;
                     let kept = if is_lost { Accumulation::IfReached } else { Accumulation::Anyway };
                     let rewards = arena.rewards(engine, structure)?;
@@ -190,7 +211,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     ) -> Result<Vec<Number>> {
         let goal = goal(asked.measured.optimum, self.engine.is_game());
         let mut least = Ratio::zero();
-        let found = self.in_arena(asked, |arena, engine| {
+        let found = self.in_arena(asked, None, |arena, engine| {
             let rewards = match steps {
                 None => arena.rewards(engine, structure)?,
                 Some(steps) => {
@@ -232,7 +253,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     return self.between(asked, &Sought::Reward(structure, &target), single);
                 }
                 let goal = goal(asked.measured.optimum, true);
-                self.in_arena(asked, |arena, engine| {
+                self.in_arena(asked, Some(&target), |arena, engine| {
                     let until = Accumulation::Until(arena.members(engine, &target)?);
                     vector::reward(arena, &arena.rewards(engine, structure)?, &until, goal, asked.precision)
                 })
@@ -267,11 +288,12 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             return Err(self.unsupported(asked.term, message, "write `R{\"name\"}min=? [ F condition ]`"));
         };
         let (_, states) = self.parts_of_product(&product, &[], &asked.at.list)?;
-        let arena = Arena::new(engine, &product.program)?;
+        let (arena, numbers) = Arena::reached(engine, &product.program, &states, &accepted)?;
+        self.settle();
         let until = Accumulation::Until(arena.members(engine, &accepted)?);
         let goal = goal(asked.measured.optimum, self.engine.is_game());
         let rewards = arena.rewards(engine, structure)?;
-        selected(&arena, vector::reward(&arena, &rewards, &until, goal, asked.precision)?, &states)
+        selected(vector::reward(&arena, &rewards, &until, goal, asked.precision)?, &numbers)
     }
 }
 
@@ -316,15 +338,13 @@ fn is_unbounded(single: &Single) -> bool {
     matches!(single.step, Step::Now(_) | Step::Until { least: 0, most: None, .. })
 }
 
-/// Returns the values that were prepared.
-fn computed(mut compute: Compute<'_>, precision: f64) -> Result<Vec<Number>> {
-    let found = compute(precision)?;
-    found.end?;
-    Ok(found.values.into_iter().map(Number::from).collect())
+/// Returns the numbers of some states of an arena of all.
+fn numbers_of(arena: &Arena<'_>, states: &[State]) -> Vec<usize> {
+    states.iter().map(|state| arena.number(state)).collect()
 }
 
-/// Returns the values of some states of an arena, which has its states in their order.
-fn selected(arena: &Arena<'_>, answer: Answer, states: &[State]) -> Result<Vec<Number>> {
-    answer.end?;
-    Ok(states.iter().map(|state| answer.values[arena.number(state)].clone().into()).collect())
+/// Returns the values at some positions.
+fn selected(answer: Answer, positions: &[usize]) -> Result<Vec<Number>> {
+    let found = answer.selected(positions);
+    found.end.map(|()| found.values.into_iter().map(Number::from).collect())
 }

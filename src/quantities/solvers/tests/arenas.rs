@@ -324,6 +324,9 @@ fn check(what: &str, found: &Answer, expected: &[Option<Ratio>], is_exact: bool)
     }
 }
 
+/// Asks an arena, given its members of sets of states.
+type Asked<'a> = dyn Fn(&Arena<'_>, &dyn Fn(&BitVec) -> BitVec) -> Answer + 'a;
+
 /// A question to an arena.
 struct ArenaQuestion<'a> {
     made: &'a Made,
@@ -337,6 +340,17 @@ struct ArenaQuestion<'a> {
 impl ArenaQuestion<'_> {
     fn check(&self, name: &str, found: &Answer, expected: &[Option<Ratio>]) {
         check(&format!("{} {:?} {name}", self.what, self.goal), found, expected, self.precision == 0.0);
+    }
+
+    /// Checks the value of each state in the arena of the states that it reaches before some others.
+    fn alone(&self, name: &str, stops: &BitVec, expected: &[Option<Ratio>], ask: &Asked<'_>) {
+        let set = |members: &BitVec| self.arena.set(self.engine, members).unwrap();
+        for state in 0..self.made.states() {
+            let (start, program) = ([self.arena.state(state)], self.arena.program);
+            let (own, numbers) = Arena::reached(self.engine, program, &start, &set(stops)).unwrap();
+            let found = ask(&own, &|members| own.members(self.engine, &set(members)).unwrap());
+            self.check(name, &found.selected(&numbers), &expected[state..=state]);
+        }
     }
 
     /// Returns the optimum after some steps in all states; see [`Made::after`].
@@ -353,8 +367,13 @@ impl ArenaQuestion<'_> {
     fn probabilities(&self, target: &[bool], left: &[bool]) {
         let ArenaQuestion { made, arena, goal, precision, .. } = self;
         let until = |least, most| Until { left: bits(left), right: bits(target), least, most };
-        let found = probability(arena, &until(0, None), *goal, *precision).unwrap();
-        self.check("until", &found, &made.value(*goal, &|pure| made.until(pure, target, left)));
+        let expected = made.value(*goal, &|pure| made.until(pure, target, left));
+        self.check("until", &probability(arena, &until(0, None), *goal, *precision).unwrap(), &expected);
+        let decided = bits(target) | !bits(left);
+        self.alone("until", &decided, &expected, &|own, members| {
+            let until = Until::unbounded(members(&bits(left)), members(&bits(target)));
+            probability(own, &until, *goal, *precision).unwrap()
+        });
         for (least, most) in [(0, 3), (2, 3), (0, 0), (1, 1)] {
             let value =
                 |s: usize, to_go: u64| match (most - to_go >= least && target[s], left[s] && to_go > 0) {
@@ -377,6 +396,10 @@ impl ArenaQuestion<'_> {
         let ask = |accumulation| reward(arena, &rewards, &accumulation, *goal, *precision).unwrap();
         let expected = made.value(*goal, &|pure| made.reward_until(pure, target));
         self.check("F", &ask(Accumulation::Until(bits(target))), &expected);
+        self.alone("F", &bits(target), &expected, &|own, members| {
+            let until = Accumulation::Until(members(&bits(target)));
+            reward(own, &own.rewards(self.engine, 0).unwrap(), &until, *goal, *precision).unwrap()
+        });
         let nothing = |_: usize, to_go: u64| (to_go == 0).then(Ratio::zero);
         self.check("C<=3", &ask(Accumulation::Within(3)), &self.after(3, &nothing, true));
         let last = |s: usize, to_go: u64| (to_go == 0).then(|| Ratio::from_integer(made.of_state[s].into()));
