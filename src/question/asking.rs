@@ -29,6 +29,12 @@ pub struct Asking {
 }
 
 impl Asking {
+    /// Returns whether a number answers the question, in all initial states and without requirements.
+    pub(crate) fn is_number(&self) -> bool {
+        let is_qualitative = matches!(self.question, None | Some(PropertyKind::Qualitative(..)));
+        !is_qualitative && matches!(self.over, Over::All) && self.goal.requirements.is_empty()
+    }
+
     /// Reads a target such as `x = 3`.
     ///
     /// # Errors

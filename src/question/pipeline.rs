@@ -325,8 +325,10 @@ impl<J: Job + Listener> Work<'_, J> {
 
     /// Returns whether a property is answered over the states of the model, although its request has monitors.
     fn needs_no_monitors(&self, property: &Planned) -> bool {
-        self.asked.wants_optimal(self.options.strategies)
-            && strategies::needs_no_monitors(property, &self.asked.plan.requests)
+        let requests = &self.asked.plan.requests;
+        let is_number = |at: usize| requests[at].asking.is_number() && !self.options.regions;
+        (self.asked.wants_optimal(self.options.strategies) || property.request().is_some_and(is_number))
+            && strategies::needs_no_monitors(property, requests)
     }
 
     /// Computes the strategies of one operator that are asked for, unless they are known.

@@ -86,8 +86,8 @@ fn watched_path<'p>(property: &'p Planned, requests: &[Request]) -> Option<&'p P
     requests[at].asking.goal.watched.is_some().then_some(&**path)
 }
 
-/// Returns whether a property with a strategy is answered over the states of the model, although its request has monitors:
-/// the strategy needs these states, and there are no others then.
+/// Returns whether a property is one operator that is answered over the states of the model as well, although its request has
+/// monitors.
 pub(crate) fn needs_no_monitors(property: &Planned, requests: &[Request]) -> bool {
     watched_path(property, requests).is_some_and(|path| path.single.is_some())
 }
