@@ -247,10 +247,11 @@ fn a_cost_without_a_value_is_refused_at_its_action() {
     assert!(first_error(&domain, &negative).ends_with("the amount `far(a)` is a cost less than 0"));
 }
 
-/// Collections write types next to their dash, atoms without brackets, and facts about objects that nothing declares.
+/// Collections write types next to their dash, atoms without brackets, facts about objects that nothing declares, and
+/// declarations whose parameters have one name.
 #[test]
 fn other_forms_have_the_meaning_that_their_authors_give_them() {
-    let domain = "(define (domain d) (:types t) (:predicates (at ?x -t) (road ?x ?y -t) (lost) (q))
+    let domain = "(define (domain d) (:types t) (:predicates (at ?x -t) (road ?x ?x -t) (lost) (q))
         (:action go :parameters (?x ?y -t) :precondition (and (at ?x) (road ?x ?y) (not lost))
          :effect (and (at ?y) (probabilistic 1/2 lost))))";
     let problem = "(define (problem p) (:objects a b -t) (:init (at a) (road a b) (road b c) q) (:goal (and (at b) q)))";
@@ -259,6 +260,7 @@ fn other_forms_have_the_meaning_that_their_authors_give_them() {
     assert_eq!(planned.program.actions, ["go(a,b)"]);
     let notes: Vec<_> = planned.warnings.iter().map(|note| note.message.as_str()).collect();
     assert!(notes.contains(&"`c` is not declared"), "{notes:?}");
+    assert!(notes.contains(&"the parameter `?x` stands twice in this list"), "{notes:?}");
     // An action changes the place, so a name that is not known is a mistake.
     let changed = problem.replace("(at a)", "(at d)");
     assert_eq!(first_error(domain, &changed), "problem.pddl:1:50: unknown object `d`");
