@@ -109,6 +109,24 @@ fn mistakes_in_problems_are_shown_at_their_places() {
 }
 
 #[test]
+fn a_refused_domain_is_reported_without_its_initial_states() {
+    let domain = domain("(:action a :observe (q))");
+    let many = "(oneof (q) (p a)) ".repeat(13);
+    let problem = format!("(define (problem p) (:objects a - t) (:init (and {many})) (:goal (q)))");
+    match loaded(&domain, &problem) {
+        Err(Error::Input(all)) => assert_eq!(
+            all.iter().map(|wrong| wrong.message.as_str()).collect::<Vec<_>>(),
+            ["`:observe` is not supported: all facts are observed"]
+        ),
+        _ => panic!("an action that observes was read"),
+    }
+    assert!(
+        first_error(&domain.replace(":observe", ":effect"), &problem)
+            .contains("more than 4096 initial states")
+    );
+}
+
+#[test]
 fn an_object_that_only_actions_name_has_the_type_of_its_parameter() {
     let domain = "(define (domain d) (:requirements :strips :typing) (:types room status)
         (:predicates (is ?x - room ?s - status) (seen ?s - status))
