@@ -127,6 +127,18 @@ fn a_refused_domain_is_reported_without_its_initial_states() {
 }
 
 #[test]
+fn an_unknown_type_is_reported_once_for_the_objects_of_a_list() {
+    let problem = "(define (problem p) (:objects a b c - time d - time) (:goal (q)))";
+    match loaded(&domain(""), problem) {
+        Err(Error::Input(all)) => {
+            let shown: Vec<_> = all.iter().map(|wrong| (wrong.message.as_str(), wrong.position())).collect();
+            assert_eq!(shown, [("unknown type `time`", (1, 39)), ("unknown type `time`", (1, 48))]);
+        }
+        _ => panic!("objects of an unknown type were read"),
+    }
+}
+
+#[test]
 fn an_object_that_only_actions_name_has_the_type_of_its_parameter() {
     let domain = "(define (domain d) (:requirements :strips :typing) (:types room status)
         (:predicates (is ?x - room ?s - status) (seen ?s - status))
