@@ -46,9 +46,15 @@ impl Checker {
     fn alternatives_of(&mut self, node: &Node) -> Vec<Vec<Fact>> {
         match node.form() {
             Some(("not", _)) => vec![Vec::new()],
-            Some((name @ ("or" | "unknown" | "probabilistic" | "="), _)) => {
-                let wrong = node.wrong(format!("`{name}` cannot stand here in `:init`"));
-                self.report::<()>(wrong.help("`oneof` lists initial states, all of whose facts are known"));
+            Some((name @ ("or" | "unknown" | "invariant"), _)) if !self.predicate_of.contains_key(name) => {
+                self.refuse_incomplete(node, name);
+                vec![Vec::new()]
+            }
+            Some((name @ ("probabilistic" | "="), _)) => {
+                let wrong = node.wrong(format!("`{name}` cannot stand in a `oneof` of `:init`"));
+                self.report::<()>(
+                    wrong.help("write it outside of `oneof`: it is the same in all initial states"),
+                );
                 vec![Vec::new()]
             }
             Some(("and", parts)) => {
@@ -70,6 +76,15 @@ impl Checker {
                 parts.iter().flat_map(|part| self.alternatives_of(part)).collect()
             }
             _ => vec![self.initial_fact(node).into_iter().collect()],
+        }
+    }
+
+    /// Refuses a part of `:init` that leaves facts open. Such problems have many of them, so each name is reported once.
+    fn refuse_incomplete(&mut self, node: &Node, name: &str) {
+        let message = format!("incomplete initial states, here by `{name}`, are not supported");
+        if self.faults.errors.iter().all(|known| known.message != message) {
+            let help = "list the initial states by `oneof`: all facts of each one are known";
+            self.report::<()>(node.wrong(message).help(help));
         }
     }
 

@@ -72,6 +72,12 @@ fn mistakes_in_domains_are_shown_at_their_places() {
         ("(:action a :effect (r a) )", "2:20: unknown predicate `r`"),
         ("(:fairness :a (x))", "2:1: `:fairness` of some actions is not supported: all outcomes are fair"),
         ("(:actions)", "2:1: unknown section `:actions`"),
+        ("(:sensor a)", "2:1: `:sensor` is not supported: all facts are observed"),
+        (
+            "(:functions (f)) (:action a :effect (probabilistic (f) (q)))",
+            "2:52: probabilities that are computed, here by `f`, are not supported",
+        ),
+        ("(:action a :effect (probabilistic (q) 0.5))", "2:35: expected a number, found `(q …)`"),
         (
             "(:action a :effects (q))",
             "2:12: expected `:parameters`, `:precondition` or `:effect`, found `:effects`",
@@ -88,8 +94,22 @@ fn mistakes_in_domains_are_shown_at_their_places() {
 fn mistakes_in_problems_are_shown_at_their_places() {
     for (parts, expected) in [
         ("(:init (= (fuel) 3)) (:goal (q))", "2:11: unknown function `fuel`"),
-        ("(:init (unknown (q))) (:goal (q))", "2:8: `unknown` cannot stand here in `:init`"),
-        ("(:init (oneof (q) (or (q) (p a)))) (:goal (q))", "2:19: `or` cannot stand here in `:init`"),
+        (
+            "(:init (unknown (q))) (:goal (q))",
+            "2:8: incomplete initial states, here by `unknown`, are not supported",
+        ),
+        (
+            "(:init (oneof (q) (or (q) (p a)))) (:goal (q))",
+            "2:19: incomplete initial states, here by `or`, are not supported",
+        ),
+        (
+            "(:init (oneof (q) (probabilistic 1/2 (q)))) (:goal (q))",
+            "2:19: `probabilistic` cannot stand in a `oneof` of `:init`",
+        ),
+        (
+            "(:hidden (q)) (:goal (q))",
+            "2:1: `:hidden` is not supported: all facts of the initial states are known",
+        ),
         ("(:init (oneof)) (:goal (q))", "2:8: `oneof` has no alternative"),
         ("(:init)", "2:1: the problem has no goal"),
         ("(:goal (q)) (:goal (q))", "2:13: the problem has two goals"),
