@@ -111,7 +111,7 @@ fn read(sources: &[Arc<SourceFile>], for_goals: bool, sink: &dyn ProgressSink) -
         ground.keep_relevant();
     }
     let groups = invariants::groups(&ground, sink)?;
-    Ok(Planned { program: lower::lower(&task, &ground, &groups)?, warnings })
+    Ok(Planned { program: lower::lower(&task, &ground, &groups, sink)?, warnings })
 }
 
 #[cfg(test)]

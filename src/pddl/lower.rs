@@ -14,6 +14,7 @@ use crate::recursion::components;
 use crate::task::Task;
 use meliora_base::error::{Diagnostic, Result};
 use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::progress::{Poll, ProgressSink};
 use meliora_base::span::Span;
 use meliora_base::value::{Type, Value};
 use meliora_model::expr::{Binary, ExprId, ExprPool, Unary};
@@ -40,8 +41,14 @@ pub(crate) struct Lowering<'t> {
 /// Lowers a ground task.
 ///
 /// # Errors
-/// A derived predicate depends on its own negation.
-pub(crate) fn lower(task: &Task, ground: &GroundTask, groups: &[Group]) -> Result<Program> {
+/// A limit; a derived predicate depends on its own negation.
+pub(crate) fn lower(
+    task: &Task,
+    ground: &GroundTask,
+    groups: &[Group],
+    sink: &dyn ProgressSink,
+) -> Result<Program> {
+    sink.progress("commands", &|| format!("{} ground actions", ground.actions.len()));
     let mut pool = ExprPool::default();
     let never = pool.value(Value::Bool(false));
     let (place, facts) = (vec![(VarId(0), 0); ground.facts.len()], vec![never; ground.facts.len()]);
@@ -51,7 +58,7 @@ pub(crate) fn lower(task: &Task, ground: &GroundTask, groups: &[Group]) -> Resul
     lowering.define_derived()?;
     let mut measures = Measures::new(&mut lowering, &mut variables);
     let initial = lowering.initial(&mut variables);
-    let (actions, commands) = lowering.commands(&variables, &mut measures)?;
+    let (actions, commands) = lowering.commands(&variables, &mut measures, &mut Poll::new(sink))?;
     let planning = lowering.planning(&variables);
     let labels = lowering.labels();
     Ok(Program {
@@ -242,11 +249,12 @@ impl Lowering<'_> {
     /// condition cannot hold are left out.
     ///
     /// # Errors
-    /// A derived predicate depends on its own negation.
+    /// A limit; a derived predicate depends on its own negation.
     fn commands(
         &mut self,
         variables: &[Variable],
         measures: &mut Measures,
+        poll: &mut Poll<'_>,
     ) -> Result<(Vec<String>, Vec<Command>)> {
         let (ground, task) = (self.ground, self.task);
         let (mut actions, mut commands) = (Vec::new(), Vec::new());
@@ -259,6 +267,7 @@ impl Lowering<'_> {
             AHashSet::new()
         };
         for action in &ground.actions {
+            poll.step()?;
             let Some(fixed) = self.fixed(&action.precondition) else { continue };
             let schema = &task.actions[action.schema];
             let number = CommandId(u32::try_from(commands.len()).unwrap_or(u32::MAX));

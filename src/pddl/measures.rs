@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 
 use num_traits::Zero;
 
-use crate::ground::GroundAction;
+use crate::ground::{Fact, GroundAction};
 use crate::lower::{Lowering, unique};
 use crate::task::Measure;
 use meliora_base::error::Result;
@@ -45,6 +45,8 @@ struct GoalReward {
     holds: ExprId,
     /// The goal does not hold, and has not been reached before.
     is_open: ExprId,
+    /// For each fact, whether the goal depends on it.
+    is_read: Vec<bool>,
 }
 
 impl Measures {
@@ -75,7 +77,9 @@ impl Measures {
         let is_open = lowering.pool.binary(Binary::And, fails, before);
         let value = lowering.number(amount);
         measures.push(Measure::Reward, Earner::State, first, value);
-        measures.goal = Some(GoalReward { amount: amount.clone(), variable, holds, is_open });
+        let condition = lowering.ground.goal.as_ref();
+        let is_read = condition.map_or_else(Vec::new, |goal| lowering.ground.read_by(goal));
+        measures.goal = Some(GoalReward { amount: amount.clone(), variable, holds, is_open, is_read });
         measures
     }
 
@@ -102,7 +106,7 @@ impl Measures {
         let nothing = lowering.number(&Ratio::zero());
         let mut sum = nothing;
         for (branch, outcome) in branches.iter_mut().zip(&action.outcomes) {
-            let after = lowering.goal_after(&branch.updates)?;
+            let after = lowering.goal_after(goal, &branch.updates)?;
             let share = lowering.number(&(&goal.amount * &outcome.probability));
             let pool = &mut lowering.pool;
             let earned = pool.ite(after, share, nothing);
@@ -138,15 +142,19 @@ impl Lowering<'_> {
     ///
     /// # Errors
     /// A derived predicate depends on its own negation.
-    fn goal_after(&mut self, updates: &[(VarId, ExprId)]) -> Result<ExprId> {
+    fn goal_after(&mut self, goal: &GoalReward, updates: &[(VarId, ExprId)]) -> Result<ExprId> {
         let mut before = Vec::new();
         let groups = self.groups;
+        let is_read = |fact: &&Fact| goal.is_read.get(**fact as usize) == Some(&true);
         for &(variable, new) in updates {
-            for &fact in &groups[variable.index()].facts {
+            for &fact in groups[variable.index()].facts.iter().filter(is_read) {
                 let ty = self.pool.ty(new);
                 let after = self.is_value(new, ty, self.place[fact as usize].1);
                 before.push((fact, std::mem::replace(&mut self.facts[fact as usize], after)));
             }
+        }
+        if before.is_empty() {
+            return Ok(goal.holds);
         }
         let derived = self.derived.clone();
         self.define_derived()?;

@@ -190,9 +190,15 @@ pub(crate) struct Faults {
 const MAX_ERRORS: usize = 20;
 
 impl Faults {
-    /// Records an error; the caller continues without the wrong part.
+    /// Records an error; the caller continues without the wrong part. A type may be wrong for several names: each error
+    /// of a place is recorded once.
     pub(crate) fn report<T>(&mut self, wrong: Diagnostic) -> Option<T> {
-        if self.errors.len() < MAX_ERRORS {
+        let is_same = |known: &Diagnostic| {
+            known.span == wrong.span
+                && known.message == wrong.message
+                && Arc::ptr_eq(&known.source, &wrong.source)
+        };
+        if self.errors.len() < MAX_ERRORS && !self.errors.iter().any(is_same) {
             self.errors.push(wrong);
         }
         None

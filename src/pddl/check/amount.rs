@@ -89,7 +89,7 @@ impl Checker {
             }
             match node.form() {
                 Some((_, parameters)) => {
-                    let arity = self.typed_variables(parameters).len();
+                    let arity = self.placeholders(parameters).len();
                     let name = node.list().and_then(|list| list.first()).map_or("", Node::text).to_owned();
                     self.unused_functions.push((self.functions.len(), node.clone()));
                     self.functions.push(Function { name, arity, values: AHashMap::new() });

@@ -85,7 +85,7 @@ impl Checker {
                 return self
                     .report(node.wrong("`probabilistic` is a list of pairs: a probability and an effect"));
             };
-            let (read, effect) = (self.ratio(probability), self.effect(effect));
+            let (read, effect) = (self.probability(probability), self.effect(effect));
             let read = read?;
             if read.is_negative() || read > Ratio::one() {
                 return self.report(probability.wrong("a probability lies between 0 and 1"));
@@ -98,6 +98,21 @@ impl Checker {
             return self.report(node.wrong(message).label("more than 1"));
         }
         Some(Effect::Probably(all))
+    }
+
+    /// Reads a probability, which is a number.
+    fn probability(&mut self, node: &Node) -> Option<Ratio> {
+        let is_function =
+            |name: &str| self.functions.iter().any(|known| known.name.eq_ignore_ascii_case(name));
+        if let Some((name, _)) = node.form()
+            && (matches!(name, "+" | "-" | "*" | "/") || is_function(name))
+        {
+            let wrong =
+                node.wrong(format!("probabilities that are computed, here by `{name}`, are not supported"));
+            return self
+                .report(wrong.label("expected a number").help("write a number such as `0.25` or `1/4`"));
+        }
+        self.ratio(node)
     }
 
     /// Reads a number such as `0.25` or `1/4`.

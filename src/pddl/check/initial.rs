@@ -20,8 +20,10 @@ impl Checker {
     pub(super) fn initial(&mut self, problem: &[Node]) -> (Vec<Fact>, Vec<Vec<Fact>>, Vec<Effect>) {
         let (mut always, mut starts, mut first) = (Vec::new(), vec![Vec::new()], Vec::new());
         self.named(problem, ":init", |checker, parts, _| {
-            for part in parts {
+            let mut open: Vec<&Node> = parts.iter().rev().collect();
+            while let Some(part) = open.pop() {
                 match part.form() {
+                    Some(("and", parts)) => open.extend(parts.iter().rev()),
                     Some(("=", values)) => checker.initial_value(part, values),
                     Some(("probabilistic", _)) => first.extend(checker.effect(part)),
                     _ => match checker.alternatives_of(part).as_slice() {
@@ -44,17 +46,27 @@ impl Checker {
     fn alternatives_of(&mut self, node: &Node) -> Vec<Vec<Fact>> {
         match node.form() {
             Some(("not", _)) => vec![Vec::new()],
-            Some((name @ ("or" | "unknown" | "probabilistic" | "="), _)) => {
-                let wrong = node.wrong(format!("`{name}` cannot stand here in `:init`"));
-                self.report::<()>(wrong.help("`oneof` lists initial states, all of whose facts are known"));
+            Some((name @ ("or" | "unknown" | "invariant"), _)) if !self.predicate_of.contains_key(name) => {
+                self.refuse_incomplete(node, name);
+                vec![Vec::new()]
+            }
+            Some((name @ ("probabilistic" | "="), _)) => {
+                let wrong = node.wrong(format!("`{name}` cannot stand in a `oneof` of `:init`"));
+                self.report::<()>(
+                    wrong.help("write it outside of `oneof`: it is the same in all initial states"),
+                );
                 vec![Vec::new()]
             }
             Some(("and", parts)) => {
-                let mut all = vec![Vec::new()];
+                // Facts that stand alone are added once, not in each product.
+                let (mut always, mut all) = (Vec::new(), vec![Vec::new()]);
                 for part in parts {
-                    let more = self.alternatives_of(part);
-                    all = self.product(part, &all, &more);
+                    match self.alternatives_of(part).as_slice() {
+                        [only] => always.extend_from_slice(only),
+                        several => all = self.product(part, &all, several),
+                    }
                 }
+                all.iter_mut().for_each(|facts| facts.extend_from_slice(&always));
                 all
             }
             Some(("oneof", parts)) => {
@@ -67,8 +79,20 @@ impl Checker {
         }
     }
 
-    /// Returns all unions of two sets of facts.
+    /// Refuses a part of `:init` that leaves facts open. Such problems have many of them, so each name is reported once.
+    fn refuse_incomplete(&mut self, node: &Node, name: &str) {
+        let message = format!("incomplete initial states, here by `{name}`, are not supported");
+        if self.faults.errors.iter().all(|known| known.message != message) {
+            let help = "list the initial states by `oneof`: all facts of each one are known";
+            self.report::<()>(node.wrong(message).help(help));
+        }
+    }
+
+    /// Returns all unions of two sets of facts. After an error nobody needs them.
     fn product(&mut self, node: &Node, left: &[Vec<Fact>], right: &[Vec<Fact>]) -> Vec<Vec<Fact>> {
+        if !self.faults.errors.is_empty() {
+            return left.to_vec();
+        }
         if left.len() * right.len() > MOST_STARTS {
             self.report::<()>(node.wrong(format!("`:init` has more than {MOST_STARTS} initial states")));
             return left.to_vec();

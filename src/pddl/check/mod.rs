@@ -226,13 +226,18 @@ impl Checker {
                 "`:fairness` of some actions is not supported: all outcomes are fair".to_owned(),
                 "leave it out: an action that is taken again and again has each of its outcomes again and again",
             ),
-            ":observe" | ":sensing" => {
+            ":observe" | ":sensing" | ":sensor" => {
                 (format!("`{name}` is not supported: all facts are observed"), "write `:action`")
             }
-            _ => (
-                format!("unknown section `{name}`"),
-                "sections are `:action`, `:predicates`, `:init`, `:goal`, …",
+            ":hidden" => (
+                "`:hidden` is not supported: all facts of the initial states are known".to_owned(),
+                "write the facts into `:init`, where `oneof` lists several initial states",
             ),
+            _ => {
+                let help = format!("the sections are `{}`", KNOWN.join("`, `"));
+                self.faults.report::<()>(node.wrong(format!("unknown section `{name}`")).help(help));
+                return;
+            }
         };
         self.faults.report::<()>(node.wrong(message).help(help));
     }

@@ -8,7 +8,7 @@ use super::Checker;
 use super::requirements::Requirement;
 use crate::syntax::Node;
 use crate::task::{Domain, Predicate};
-use meliora_base::error::Diagnostic;
+use meliora_base::error::{Diagnostic, Severity};
 
 /// The type of all objects.
 pub(super) const ROOT: &str = "object";
@@ -116,7 +116,7 @@ impl Checker {
             if declared.iter().any(|known| known.name == name) {
                 self.report::<()>(first.wrong(format!("the predicate `{name}` is declared twice")));
             }
-            let parameters = self.typed_variables(parameters).into_iter().map(|(_, of)| of).collect();
+            let parameters = self.placeholders(parameters);
             declared.push(Declared { name: name.to_owned(), shown: first.text().to_owned(), parameters });
         }
     }
@@ -134,27 +134,38 @@ impl Checker {
 
     /// Reads `?x ?y - t`: names of variables, in small letters, with their domains.
     pub(super) fn variables(&mut self, parts: &[Node]) -> Vec<(String, Arc<Domain>)> {
-        let variables = self.typed_variables(parts).into_iter();
-        variables
-            .map(|(node, of)| (node.word().unwrap_or_default().to_owned(), self.types.domain(&of)))
-            .collect()
+        let variables = self.typed_variables(parts);
+        for (name, node) in repeated(&variables) {
+            let wrong = node.wrong(format!("the variable `{name}` stands twice in this list"));
+            self.report::<()>(wrong.help("give each variable a name of its own"));
+        }
+        let domain = |(node, of): (&Node, Vec<String>)| {
+            (node.word().unwrap_or_default().to_owned(), self.types.domain(&of))
+        };
+        variables.into_iter().map(domain).collect()
+    }
+
+    /// Reads the parameters of a declaration: the types of each. Nothing refers to their names, so one that stands
+    /// twice is only noted.
+    pub(super) fn placeholders(&mut self, parts: &[Node]) -> Vec<Vec<String>> {
+        let variables = self.typed_variables(parts);
+        for (name, node) in repeated(&variables) {
+            let note = node.wrong(format!("the parameter `{name}` stands twice in this list"));
+            self.faults.notes.push(note.severity(Severity::Warning).label("read as another parameter"));
+        }
+        variables.into_iter().map(|(_, of)| of).collect()
     }
 
     /// Reads `?x ?y - t`: the variables with the names of their types.
-    pub(super) fn typed_variables<'n>(&mut self, parts: &'n [Node]) -> Vec<(&'n Node, Vec<String>)> {
-        let mut variables: Vec<(&Node, Vec<String>)> = Vec::new();
+    fn typed_variables<'n>(&mut self, parts: &'n [Node]) -> Vec<(&'n Node, Vec<String>)> {
+        let mut variables = Vec::new();
         for (node, of) in self.typed_list(parts) {
             let of = self.types_of(of);
-            match node.word() {
-                Some(name) if variables.iter().any(|(known, _)| known.word() == Some(name)) => {
-                    let wrong = node.wrong(format!("the variable `{name}` stands twice in this list"));
-                    self.report::<()>(wrong.help("give each variable a name of its own"));
-                }
-                Some(name) if name.starts_with('?') => variables.push((node, of)),
-                _ => {
-                    let wrong = node.expected("a variable such as `?x`");
-                    self.report::<()>(wrong.help("the names of variables begin with `?`"));
-                }
+            if node.word().is_some_and(|name| name.starts_with('?')) {
+                variables.push((node, of));
+            } else {
+                let wrong = node.expected("a variable such as `?x`");
+                self.report::<()>(wrong.help("the names of variables begin with `?`"));
             }
         }
         variables
@@ -209,6 +220,13 @@ impl Checker {
         }
         types
     }
+}
+
+/// Returns the variables whose names stand before them in the same list.
+fn repeated<'n>(variables: &[(&'n Node, Vec<String>)]) -> Vec<(&'n str, &'n Node)> {
+    let mut seen = AHashSet::new();
+    let named = variables.iter().filter_map(|(node, _)| Some((node.word()?, *node)));
+    named.filter(|(name, _)| !seen.insert(*name)).collect()
 }
 
 /// Adds the known names to an error.

@@ -44,6 +44,23 @@ impl GroundTask {
         self.starts.dedup();
     }
 
+    /// Returns for each fact whether a condition depends on it in the same state, also through derived facts.
+    pub(crate) fn read_by(&self, condition: &Ground) -> Vec<bool> {
+        let mut is_read = vec![false; self.facts.len()];
+        let mut is_used = vec![false; self.derived.len()];
+        let mut open = vec![condition];
+        while let Some(condition) = open.pop() {
+            condition.facts(&mut |literal| match literal {
+                Ground::Fact(fact, _) => is_read[*fact as usize] = true,
+                Ground::Derived(derived, _) if !std::mem::replace(&mut is_used[*derived as usize], true) => {
+                    open.push(&self.derived[*derived as usize].1);
+                }
+                _ => {}
+            });
+        }
+        is_read
+    }
+
     /// Returns for each fact whether a goal depends on it.
     fn relevant(&self) -> Vec<bool> {
         let mut changing: Vec<Vec<(usize, &Ground)>> = vec![Vec::new(); self.facts.len()];

@@ -72,6 +72,12 @@ fn mistakes_in_domains_are_shown_at_their_places() {
         ("(:action a :effect (r a) )", "2:20: unknown predicate `r`"),
         ("(:fairness :a (x))", "2:1: `:fairness` of some actions is not supported: all outcomes are fair"),
         ("(:actions)", "2:1: unknown section `:actions`"),
+        ("(:sensor a)", "2:1: `:sensor` is not supported: all facts are observed"),
+        (
+            "(:functions (f)) (:action a :effect (probabilistic (f) (q)))",
+            "2:52: probabilities that are computed, here by `f`, are not supported",
+        ),
+        ("(:action a :effect (probabilistic (q) 0.5))", "2:35: expected a number, found `(q …)`"),
         (
             "(:action a :effects (q))",
             "2:12: expected `:parameters`, `:precondition` or `:effect`, found `:effects`",
@@ -88,8 +94,22 @@ fn mistakes_in_domains_are_shown_at_their_places() {
 fn mistakes_in_problems_are_shown_at_their_places() {
     for (parts, expected) in [
         ("(:init (= (fuel) 3)) (:goal (q))", "2:11: unknown function `fuel`"),
-        ("(:init (unknown (q))) (:goal (q))", "2:8: `unknown` cannot stand here in `:init`"),
-        ("(:init (oneof (q) (or (q) (p a)))) (:goal (q))", "2:19: `or` cannot stand here in `:init`"),
+        (
+            "(:init (unknown (q))) (:goal (q))",
+            "2:8: incomplete initial states, here by `unknown`, are not supported",
+        ),
+        (
+            "(:init (oneof (q) (or (q) (p a)))) (:goal (q))",
+            "2:19: incomplete initial states, here by `or`, are not supported",
+        ),
+        (
+            "(:init (oneof (q) (probabilistic 1/2 (q)))) (:goal (q))",
+            "2:19: `probabilistic` cannot stand in a `oneof` of `:init`",
+        ),
+        (
+            "(:hidden (q)) (:goal (q))",
+            "2:1: `:hidden` is not supported: all facts of the initial states are known",
+        ),
         ("(:init (oneof)) (:goal (q))", "2:8: `oneof` has no alternative"),
         ("(:init)", "2:1: the problem has no goal"),
         ("(:goal (q)) (:goal (q))", "2:13: the problem has two goals"),
@@ -105,6 +125,36 @@ fn mistakes_in_problems_are_shown_at_their_places() {
     ] {
         let problem = format!("(define (problem p) (:objects a - t)\n{parts})");
         assert_eq!(first_error(&domain(""), &problem), format!("problem.pddl:{expected}"), "{parts}");
+    }
+}
+
+#[test]
+fn a_refused_domain_is_reported_without_its_initial_states() {
+    let domain = domain("(:action a :observe (q))");
+    let many = "(oneof (q) (p a)) ".repeat(13);
+    let problem = format!("(define (problem p) (:objects a - t) (:init (and {many})) (:goal (q)))");
+    match loaded(&domain, &problem) {
+        Err(Error::Input(all)) => assert_eq!(
+            all.iter().map(|wrong| wrong.message.as_str()).collect::<Vec<_>>(),
+            ["`:observe` is not supported: all facts are observed"]
+        ),
+        _ => panic!("an action that observes was read"),
+    }
+    assert!(
+        first_error(&domain.replace(":observe", ":effect"), &problem)
+            .contains("more than 4096 initial states")
+    );
+}
+
+#[test]
+fn an_unknown_type_is_reported_once_for_the_objects_of_a_list() {
+    let problem = "(define (problem p) (:objects a b c - time d - time) (:goal (q)))";
+    match loaded(&domain(""), problem) {
+        Err(Error::Input(all)) => {
+            let shown: Vec<_> = all.iter().map(|wrong| (wrong.message.as_str(), wrong.position())).collect();
+            assert_eq!(shown, [("unknown type `time`", (1, 39)), ("unknown type `time`", (1, 48))]);
+        }
+        _ => panic!("objects of an unknown type were read"),
     }
 }
 
@@ -247,10 +297,11 @@ fn a_cost_without_a_value_is_refused_at_its_action() {
     assert!(first_error(&domain, &negative).ends_with("the amount `far(a)` is a cost less than 0"));
 }
 
-/// Collections write types next to their dash, atoms without brackets, and facts about objects that nothing declares.
+/// Collections write types next to their dash, atoms without brackets, facts about objects that nothing declares, and
+/// declarations whose parameters have one name.
 #[test]
 fn other_forms_have_the_meaning_that_their_authors_give_them() {
-    let domain = "(define (domain d) (:types t) (:predicates (at ?x -t) (road ?x ?y -t) (lost) (q))
+    let domain = "(define (domain d) (:types t) (:predicates (at ?x -t) (road ?x ?x -t) (lost) (q))
         (:action go :parameters (?x ?y -t) :precondition (and (at ?x) (road ?x ?y) (not lost))
          :effect (and (at ?y) (probabilistic 1/2 lost))))";
     let problem = "(define (problem p) (:objects a b -t) (:init (at a) (road a b) (road b c) q) (:goal (and (at b) q)))";
@@ -259,6 +310,7 @@ fn other_forms_have_the_meaning_that_their_authors_give_them() {
     assert_eq!(planned.program.actions, ["go(a,b)"]);
     let notes: Vec<_> = planned.warnings.iter().map(|note| note.message.as_str()).collect();
     assert!(notes.contains(&"`c` is not declared"), "{notes:?}");
+    assert!(notes.contains(&"the parameter `?x` stands twice in this list"), "{notes:?}");
     // An action changes the place, so a name that is not known is a mistake.
     let changed = problem.replace("(at a)", "(at d)");
     assert_eq!(first_error(domain, &changed), "problem.pddl:1:50: unknown object `d`");

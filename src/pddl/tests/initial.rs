@@ -30,6 +30,8 @@ fn alternatives_of_init_are_initial_states_and_keep_invariants() {
     assert_eq!(variables(&program), ["at=a/b/c", "wet"]);
     assert_eq!(starts(&program), ["at=a,wet=false", "at=a,wet=true", "at=b,wet=false", "at=b,wet=true"]);
     assert!(program.variables.iter().all(|variable| variable.initial.is_none()));
+    let joined = loaded(DOMAIN, &problem("(and (oneof (at a) (at b)) (and (wet)))")).unwrap();
+    assert_eq!(starts(&joined), ["at=a,wet=true", "at=b,wet=true"]);
     // Two places at once are no invariant.
     let program = loaded(DOMAIN, &problem("(oneof (and (at a) (at b)) (at b))")).unwrap();
     assert_eq!(starts(&program).len(), 2);
