@@ -136,7 +136,7 @@ fn opponents_move(program: &Program, world: &World, at: Place, robot: Place) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 150, ..ProptestConfig::default() })]
+    #![proptest_config(meliora_amount::random(150))]
 
     /// Every move from every cell has the results that the world says.
     #[test]

@@ -1,7 +1,6 @@
-//! The parts that several suites share: random models, definitions by the book, and the amount of cases.
+//! The parts that several suites share: random models, and definitions by the book.
 
 pub(crate) mod agreement;
-pub(crate) mod amount;
 pub(crate) mod brute;
 pub(crate) mod coverage;
 pub(crate) mod entry;

@@ -36,8 +36,8 @@ pub(crate) use rand::rngs::{ChaCha8Rng, SmallRng};
 pub(crate) use rand::{RngExt, SeedableRng};
 pub(crate) use serde_json::{Value as Json, json};
 
-pub(crate) use super::amount::{share, takes, takes_one_of};
 pub(crate) use super::brute::Brute;
 pub(crate) use super::random_program::{empty_program, random_predicate, random_program};
 pub(crate) use super::set_up::{finished, parsed, task};
 pub(crate) use crate::cli::common::{Finished, Scratch, executable, run};
+pub(crate) use meliora_amount::{share, takes, takes_one_of};

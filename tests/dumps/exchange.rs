@@ -87,7 +87,7 @@ pub(crate) fn label(program: &Program, name: &str) -> Predicate {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(100))]
+    #![proptest_config(meliora_amount::random(100))]
 
     #[test]
     fn a_random_model_is_the_same_after_writing_and_reading(numbers in vec(0u16..1000, 0..120)) {

@@ -60,7 +60,7 @@ fn names(program: &Program) -> Vec<&str> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(100))]
+    #![proptest_config(meliora_amount::random(100))]
 
     #[test]
     fn a_random_game_is_the_same_after_writing_and_reading(

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use proptest::prelude::*;
 
-use crate::common::amount::is_long;
 use crate::common::entry;
 use crate::common::prelude::*;
+use meliora_amount::is_long;
 
 /// Words that the languages are made of, and numbers at the edges.
 const WORDS: &[&str] = &[
@@ -175,7 +175,7 @@ nothing,3,1,1e-300,0.5,2,,,
 ";
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(400))]
+    #![proptest_config(meliora_amount::random(400))]
 
     #[test]
     fn keywords_in_any_order_never_panic(text in soup()) {
@@ -218,7 +218,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(100))]
+    #![proptest_config(meliora_amount::random(100))]
 
     #[test]
     fn a_mutated_dump_never_panics(

@@ -176,7 +176,7 @@ fn preferences(targets: &[BTreeSet<usize>; 2], whole_plays: bool, empty: &str) -
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(400))]
+    #![proptest_config(meliora_amount::random(400))]
 
     /// An accepted dump has the regions of the true model.
     #[test]

@@ -44,7 +44,7 @@ fn undotted(string: &str) -> Option<String> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(2000))]
+    #![proptest_config(meliora_amount::random(2000))]
 
     #[test]
     fn words_are_read_back(name in name()) {

@@ -66,7 +66,7 @@ fn listed<E: Engine>(engine: &E, target: &Predicate) -> Regions<Vec<State>> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(200))]
+    #![proptest_config(meliora_amount::random(200))]
 
     #[test]
     fn every_way_to_remove_an_attractor_finds_the_same(

@@ -78,7 +78,7 @@ fn decided(
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(60))]
+    #![proptest_config(meliora_amount::random(60))]
 
     #[test]
     fn whichever_way_ends_first_judges_the_initial_states_alike(of in numbers(160), goal in numbers(20)) {

@@ -25,7 +25,7 @@ fn symbolic(program: &Arc<Program>, scope: Scope) -> Result<SymbolicEngine> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(300))]
+    #![proptest_config(meliora_amount::random(300))]
 
     /// The symbolic engine takes part in every fifth case: it takes ten times as long.
     #[test]

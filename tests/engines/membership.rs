@@ -178,7 +178,7 @@ fn check_several<E: Engine>(engine: &E, predicates: &[Predicate]) {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(60))]
+    #![proptest_config(meliora_amount::random(60))]
 
     #[test]
     fn several_sets_contain_what_each_of_them_contains(

@@ -31,7 +31,7 @@ fn listed<E: Engine>(engine: &E, target: &Predicate) -> (Regions<Vec<State>>, St
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(40))]
+    #![proptest_config(meliora_amount::random(40))]
 
     #[test]
     fn turns_of_any_size_leave_the_answers_the_same(

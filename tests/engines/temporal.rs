@@ -150,7 +150,7 @@ fn numbers(most: usize) -> impl Strategy<Value = Vec<u16>> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(400))]
+    #![proptest_config(meliora_amount::random(400))]
 
     #[test]
     fn regions_are_those_of_all_end_components(

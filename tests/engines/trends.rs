@@ -53,7 +53,7 @@ fn listed(brute: &Brute, x: &Set) -> Vec<State> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(150))]
+    #![proptest_config(meliora_amount::random(150))]
 
     #[test]
     fn every_operation_is_that_of_the_reference_with_fewer_edges(

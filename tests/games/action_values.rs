@@ -113,7 +113,7 @@ fn indicator() -> Vec<Ratio> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(200))]
+    #![proptest_config(meliora_amount::random(200))]
 
     #[test]
     fn the_permitted_actions_are_those_of_the_definition(world in world(), asked in asked()) {

@@ -35,7 +35,7 @@ fn check(question: &Question, safety: Safety, scope: Scope, all: &[Thresholds]) 
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(200))]
+    #![proptest_config(meliora_amount::random(200))]
 
     #[test]
     fn every_dump_of_a_game_is_accepted(case in some_case(), at in 0..4usize) {

@@ -318,7 +318,7 @@ fn check<E: Engine>(
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(300))]
+    #![proptest_config(meliora_amount::random(300))]
 
     #[test]
     fn levels_are_those_of_the_definitions(case in some_case()) {

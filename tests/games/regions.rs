@@ -122,7 +122,7 @@ fn all_games_of_a_family() {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(400))]
+    #![proptest_config(meliora_amount::random(400))]
 
     #[test]
     fn random_games(raw in some_game(6, 3), bits in 0u8..64) {

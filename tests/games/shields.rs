@@ -132,7 +132,7 @@ fn the_opponent_is_free(case: &Case, shield: &Shield) {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(100))]
+    #![proptest_config(meliora_amount::random(100))]
 
     #[test]
     fn promises_hold_against_every_opponent(case in some_case()) {

@@ -15,7 +15,7 @@ fn simulated(strategy: &mut Strategy, setup: Setup, opponent: Opponent, start: &
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(60))]
+    #![proptest_config(meliora_amount::random(60))]
 
     /// Checks that no run weakens, and that each run that ends has made the guaranteed improvements.
     #[test]

@@ -144,7 +144,7 @@ fn check_steps(reference: &Reference<'_>, safety: Safety, start: usize, model: &
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(150))]
+    #![proptest_config(meliora_amount::random(150))]
 
     /// Checks that no step under a strategy weakens, whoever takes it. From a node of level k, the next improvement
     /// follows almost surely (SASI) or with positive probability (SPI), and k - 1 levels are left then.

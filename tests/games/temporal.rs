@@ -289,7 +289,7 @@ fn all_games_of_two_states() {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(600))]
+    #![proptest_config(meliora_amount::random(600))]
 
     #[test]
     fn regions_are_those_of_all_strategies((raw, labels) in game(4, 2), formula in formula()) {
@@ -298,7 +298,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(500))]
+    #![proptest_config(meliora_amount::random(500))]
 
     #[test]
     fn both_engines_agree_on_random_games(

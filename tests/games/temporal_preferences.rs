@@ -31,7 +31,7 @@ fn accepted(text: &str, preferences: &str) -> Option<(Arc<Program>, Arc<Preferen
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(300))]
+    #![proptest_config(meliora_amount::random(300))]
 
     /// The objectives that we can enforce grow with each move of the opponent, so none weakens.
     #[test]

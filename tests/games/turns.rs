@@ -23,7 +23,7 @@ fn players<E: Engine>(engine: &E) -> Vec<Vec<State>> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(300))]
+    #![proptest_config(meliora_amount::random(300))]
 
     #[test]
     fn both_engines_agree_on_random_games(

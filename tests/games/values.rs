@@ -190,7 +190,7 @@ fn check(case: &Case, exact: bool) {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(150))]
+    #![proptest_config(meliora_amount::random(150))]
 
     #[test]
     fn values_are_those_over_all_pairs_of_strategies(case in some_case()) {

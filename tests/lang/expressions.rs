@@ -212,7 +212,7 @@ fn answers(program: &Arc<Program>, e: ExprId, states: &[Vec<i64>]) -> [Result<Ve
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(400))]
+    #![proptest_config(meliora_amount::random(400))]
 
     #[test]
     fn engines_agree_with_evaluation(tree in tree()) {
@@ -245,7 +245,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(2000))]
+    #![proptest_config(meliora_amount::random(2000))]
 
     #[test]
     fn constants_fold_to_what_evaluation_says(tree in tree(), at in any::<prop::sample::Index>()) {

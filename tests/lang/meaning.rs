@@ -378,7 +378,7 @@ fn any_system() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(200))]
+    #![proptest_config(meliora_amount::random(200))]
 
     #[test]
     fn a_composition_written_flat_reads_back_as_the_same(system in any_system()) {

@@ -155,7 +155,7 @@ fn expr() -> impl Strategy<Value = Written> + Clone {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(64))]
+    #![proptest_config(meliora_amount::random(64))]
 
     #[test]
     fn an_expression_reads_back(e in expr()) {

@@ -46,7 +46,7 @@ fn some_names() -> impl Strategy<Value = Vec<String>> {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(400))]
+    #![proptest_config(meliora_amount::random(400))]
 
     #[test]
     fn every_printed_state_is_read_back_as_itself(x in some_names(), y in some_names()) {

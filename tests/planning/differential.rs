@@ -269,7 +269,7 @@ fn both(world: &World) {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(60))]
+    #![proptest_config(meliora_amount::random(60))]
 
     #[test]
     fn both_engines_find_what_is_defined_on_factored_programs(factored in factored()) {

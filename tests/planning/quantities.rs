@@ -300,7 +300,7 @@ fn both(world: &World) {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(60))]
+    #![proptest_config(meliora_amount::random(60))]
 
     #[test]
     fn values_satisfy_their_equations_and_strategies_attain_them_on_graphs(graph in graph(9)) {

@@ -43,7 +43,7 @@ fn check_cut(engine: &Arc<Tiny>, preferences: &Arc<Preferences>, whole: &Analysi
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(800))]
+    #![proptest_config(meliora_amount::random(800))]
 
     #[test]
     fn classes_levels_and_strategies_are_those_of_the_definitions(case in case(7)) {

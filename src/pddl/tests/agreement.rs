@@ -86,7 +86,7 @@ fn facts(program: &Program, values: &[i64]) -> BTreeSet<String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, ..ProptestConfig::default() })]
+    #![proptest_config(meliora_amount::random(1000))]
 
     #[test]
     fn programs_have_the_states_and_steps_of_the_definitions(bytes in prop::collection::vec(any::<u8>(), 0..120)) {

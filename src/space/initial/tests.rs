@@ -135,7 +135,7 @@ fn condition() -> impl Strategy<Value = String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, ..ProptestConfig::default() })]
+    #![proptest_config(meliora_amount::random(2000))]
 
     /// Each state in which the condition is true is found exactly once.
     #[test]

@@ -10,9 +10,9 @@ mod values;
 
 use meliora::dump::manifest::{CERTIFICATE, FILE, REGIONS};
 
-use crate::common::amount::is_long;
 use crate::common::prelude::*;
 use crate::dumps::shop::{Named, Shop, sealed, text};
+use meliora_amount::is_long;
 
 /// A dump in a directory, with the model that it was made from.
 struct Place {

@@ -20,7 +20,7 @@ fn read(program: &Program) -> Program {
 }
 
 proptest! {
-    #![proptest_config(crate::common::amount::random(300))]
+    #![proptest_config(meliora_amount::random(300))]
     #[test]
     fn written_and_read_again_programs_do_the_same(numbers in prop::collection::vec(any::<u16>(), 0..150),
                                                    faulty in any::<bool>()) {

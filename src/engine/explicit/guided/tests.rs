@@ -135,7 +135,7 @@ fn compare(text: &str, target: &str, steps: u64) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 512, ..ProptestConfig::default() })]
+    #![proptest_config(meliora_amount::random(512))]
 
     #[test]
     fn answers_are_those_of_all_states(

@@ -223,7 +223,7 @@ fn relation(width: usize) -> impl Strategy<Value = (usize, Table)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2_000))]
+    #![proptest_config(meliora_amount::random(2_000))]
 
     #[test]
     fn operations_are_right_on_lists_of_relations_of_three_bits(relations in prop::collection::vec(relation(3), 0..4), x: u8, bound: u8, small: bool) {

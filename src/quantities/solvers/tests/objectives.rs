@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use bitvec::vec::BitVec;
+use meliora_amount::share;
 use meliora_base::exact::Ratio;
 use meliora_base::random::Draw;
 use meliora_engine::{AnyEngine, Settings, Storage};
@@ -322,7 +323,7 @@ fn drawn_bounds(raw: &[Raw], wanted: &[Optimum], draw: &mut Draw) -> Vec<Ratio> 
 #[test]
 fn several_objectives_are_those_of_means_of_pure_strategies() {
     let (mut counts, mut fronts, mut refused, mut infinite) = ([0; 4], [0; 2], [0; 2], 0);
-    for seed in 0..360 {
+    for seed in 0..share(360) as u64 {
         let draw = &mut Draw::new(seed);
         let mut made = Made::draw(draw, "mdp");
         if seed % 4 > 0 {
@@ -376,6 +377,6 @@ fn several_objectives_are_those_of_means_of_pure_strategies() {
         infinite += usize::from(case.is_infinite() && !case.is_finite());
         fronts[few - 2] += usize::from(case.front());
     }
-    let done = counts.iter().all(|&count| count > 5) && fronts[0] + fronts[1] > 5 && infinite > 1;
-    assert!(done && refused[0] > 5 && refused[1] < 5, "{counts:?} {fronts:?} {refused:?} {infinite}");
+    let done = counts.iter().all(|&count| count > 5) && fronts[0] + fronts[1] > share(10) && infinite > 0;
+    assert!(done && refused[0] > share(10) && refused[1] < 5, "{counts:?} {fronts:?} {refused:?} {infinite}");
 }

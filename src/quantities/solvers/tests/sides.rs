@@ -5,6 +5,7 @@ use bitvec::vec::BitVec;
 use crate::equations::game_graph::{Edge, GameGraph};
 use crate::equations::meter::Meter;
 use crate::solvers::sides::Sides;
+use meliora_amount::share;
 use meliora_base::random::Draw;
 use meliora_engine::NoProgress;
 
@@ -83,7 +84,7 @@ impl Made {
 #[test]
 fn almost_sure_regions_are_nested_fixpoints() {
     let (mut draw, meter, mut kinds) = (Draw::new(20), &mut Meter::unlimited(&NoProgress), [0; 3]);
-    for _ in 0..20_000 {
+    for _ in 0..share(20_000) {
         let made = made(&mut draw);
         let Made { game, maximisers, target, left, allowed, .. } = &made;
         let sides = Sides::new(&game.choices, maximisers, allowed, meter).unwrap();
@@ -98,13 +99,13 @@ fn almost_sure_regions_are_nested_fixpoints() {
             2
         }] += 1;
     }
-    assert!(kinds.iter().all(|&count| count > 500), "{kinds:?}");
+    assert!(kinds.iter().all(|&count| count > share(500)), "{kinds:?}");
 }
 
 #[test]
 fn recurring_choices_are_nested_fixpoints_again_and_again() {
     let (mut draw, meter, mut some) = (Draw::new(21), &mut Meter::unlimited(&NoProgress), 0);
-    for _ in 0..20_000 {
+    for _ in 0..share(20_000) {
         let is_max = draw.below(2) == 0;
         let made = made(&mut draw);
         let states = made.left.len();
@@ -122,5 +123,5 @@ fn recurring_choices_are_nested_fixpoints_again_and_again() {
             assert!(sure.iter_ones().all(|state| found[state]));
         }
     }
-    assert!(some > 2000, "{some}");
+    assert!(some > share(2000), "{some}");
 }

@@ -12,6 +12,7 @@ use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Candidates, Method, Quantity, System};
+use meliora_amount::share;
 use meliora_base::error::Limit;
 use meliora_base::exact::Ratio;
 use meliora_base::random::Draw;
@@ -296,7 +297,7 @@ impl ProgressSink for Patience {
 #[test]
 fn bounds_hold_wherever_a_limit_ends_the_work() {
     let (mut ended, mut narrow, mut wide) = (0, 0, 0);
-    for seed in 0..6 {
+    for seed in 0..share(6) as u64 {
         let graph = graph(&rows(&mut Draw::new(seed), 300), ends, &mut Meter::unlimited(&NoProgress));
         let fractions: Vec<Interval> = graph.fractions().iter().map(Number::of).collect();
         for quantity in [Quantity::Probability(1), Quantity::Cost(1)] {

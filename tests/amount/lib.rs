@@ -6,27 +6,27 @@ use proptest::prelude::ProptestConfig;
 const SHARE: usize = 5;
 
 /// Returns whether all cases are wanted.
-pub(crate) fn is_long() -> bool {
+pub fn is_long() -> bool {
     std::env::var_os("MELIORA_TESTS").is_some_and(|amount| amount == "long")
 }
 
 /// Returns the number of cases to test of `all`, at least 1.
-pub(crate) fn share(all: usize) -> usize {
+pub fn share(all: usize) -> usize {
     if is_long() { all } else { all.div_ceil(SHARE) }
 }
 
 /// Returns whether the case with a number, counted from 0, is tested.
-pub(crate) fn takes(number: usize) -> bool {
+pub fn takes(number: usize) -> bool {
     is_long() || number.is_multiple_of(SHARE)
 }
 
 /// Returns whether the case with a number is tested, where one of `of` of a short list is.
-pub(crate) fn takes_one_of(of: usize, number: usize) -> bool {
+pub fn takes_one_of(of: usize, number: usize) -> bool {
     is_long() || number.is_multiple_of(of)
 }
 
 /// The settings of a test with `all` random cases.
-pub(crate) fn random(all: u32) -> ProptestConfig {
+pub fn random(all: u32) -> ProptestConfig {
     let some = u32::try_from(share(all as usize)).unwrap_or(all);
     ProptestConfig::with_cases(some)
 }
