@@ -3,8 +3,9 @@
 #![allow(dead_code, unreachable_pub, reason = "each test file uses a part")]
 
 use std::ffi::OsStr;
+use std::io::Write;
+use std::process::Command;
 
-use assert_cmd::Command;
 use tempfile::TempDir;
 
 use crate::common::prelude::*;
@@ -50,6 +51,14 @@ impl Finished {
             stdout: String::from_utf8(output.stdout).unwrap(),
             stderr: String::from_utf8(output.stderr).unwrap(),
         }
+    }
+
+    /// Runs a command that reads a text, which a pipe can hold, from standard input.
+    pub fn reading(command: &mut Command, input: &str) -> Self {
+        let (reader, mut writer) = std::io::pipe().unwrap();
+        writer.write_all(input.as_bytes()).unwrap();
+        drop(writer);
+        Finished::of(command.stdin(reader))
     }
 
     /// The one JSON object on stdout.

@@ -28,7 +28,7 @@ fn names(folder: &Path) -> Vec<String> {
 
 /// A command in a shell, in the folder of the project.
 fn shell(script: &str) -> Finished {
-    let mut command = assert_cmd::Command::new("sh");
+    let mut command = Command::new("sh");
     command.args(["-c", script]).env("MELIORA", env!("CARGO_BIN_EXE_meliora"));
     Finished::of(command.current_dir(env!("CARGO_MANIFEST_DIR")))
 }

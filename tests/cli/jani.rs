@@ -78,8 +78,8 @@ fn properties_are_asked_by_their_names() {
 #[test]
 fn a_model_is_read_from_standard_input_too() {
     let mut command = executable();
-    command.args(["info", "-", "--json", "--const", "N=1"]).write_stdin(workshop());
-    let found = Finished::of(&mut command).expect(0).json();
+    command.args(["info", "-", "--json", "--const", "N=1"]);
+    let found = Finished::reading(&mut command, workshop()).expect(0).json();
     let scratch = Scratch::new(&[("m.jani", workshop())]);
     let file = scratch.run("info m.jani --json --const N=1");
     assert_eq!(found["counts"], file.expect(0).json()["counts"]);

@@ -1,10 +1,10 @@
 //! The types of the reports give a JSON schema of each `--json` object. Every output fits its schema, in the order of
 //! its fields too, and every field occurs in some output.
 
-use jsonschema::{Registry, Validator};
 use serde_json::{Map, Value};
 
 use crate::cli::direction::{lamps_and, power, register};
+use crate::cli::schema::Validator;
 use crate::common::prelude::*;
 
 /// The schema of the parts that several reports have.
@@ -33,24 +33,6 @@ fn forbid_others(schema: &mut Value) {
     } else if let Value::Array(items) = schema {
         items.iter_mut().for_each(forbid_others);
     }
-}
-
-fn address(name: &str) -> String {
-    format!("https://meliora.invalid/{name}.json")
-}
-
-/// Builds the validators of all reports, by name.
-fn validators(schemas: &BTreeMap<&'static str, Value>) -> BTreeMap<&'static str, Validator> {
-    let all = schemas.iter().fold(Registry::new(), |all, (name, schema)| {
-        all.add(address(name), schema.clone()).expect("an address")
-    });
-    let registry = all.prepare().expect("references that lead to a schema");
-    let reports = schemas.iter().filter(|(name, _)| **name != COMMON);
-    let build = |(&name, schema): (&&'static str, &Value)| {
-        let options = jsonschema::options().with_registry(&registry).with_base_uri(address(name));
-        (name, options.build(schema).unwrap_or_else(|e| panic!("{name}: {e}")))
-    };
-    reports.map(build).collect()
 }
 
 /// Returns the fields that the schemas name: those of each report, and of each common part.
@@ -221,19 +203,20 @@ const COMMANDS: &[(i32, &str)] = &[
 ];
 
 /// Removes each field of a report, and gives each value another type: the schema notices it.
-fn notices(validator: &Validator, fields: &BTreeMap<String, Field>, report: &Value) {
+fn notices(validator: &Validator<'_>, fields: &BTreeMap<String, Field>, report: &Value) {
+    let fits = |other: &Value| validator.fits(name_of(report), other);
     for name in report.as_object().unwrap().keys() {
         let mut less = report.clone();
         less.as_object_mut().unwrap().shift_remove(name);
         let (_, always) = &fields[name];
-        assert!(!always || !validator.is_valid(&less), "`{name}` is missing in {less}");
+        assert!(!always || !fits(&less), "`{name}` is missing in {less}");
     }
     let mut places = Vec::new();
     leaves(report, String::new(), &mut places);
     for place in places.iter().take(MOST_PLACES) {
         let mut other = report.clone();
         *other.pointer_mut(place).unwrap() = json!([{"another": "type"}]);
-        assert!(!validator.is_valid(&other), "another type at {place}");
+        assert!(!fits(&other), "another type at {place}");
     }
 }
 
@@ -299,7 +282,7 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
     let again = [("again.prism", AGAIN), ("again.pref", "objective B = F x=3; empty = gain;")];
     let scratch = Scratch::new(&[&own[..], &again, &crate::cli::strategies::CROSS].concat());
     let schemas = schemas();
-    let (validators, fields) = (validators(&schemas), described(&schemas));
+    let (validator, fields) = (Validator(&schemas), described(&schemas));
     let mut seen = Seen { fields: &fields, found: BTreeSet::new() };
     let others = examples(schemas.keys());
     let others = others.iter().map(|command| (&0, command.as_str()));
@@ -312,11 +295,10 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
             .replace("TINY", tiny)
             .replace("OUT", &scratch.show(""));
         let report = run!("{command} --json").expect(*status).json();
-        let faults = validators[name_of(&report)].iter_errors(&report);
-        let faults: Vec<_> = faults.map(|fault| format!("{}: {fault}", fault.instance_path())).collect();
+        let faults = validator.faults(name_of(&report), &report);
         assert!(faults.is_empty(), "{command}: {faults:#?}");
         in_order(&schemas, &schemas[name_of(&report)], &report);
-        notices(&validators[name_of(&report)], &fields[name_of(&report)], &report);
+        notices(&validator, &fields[name_of(&report)], &report);
         let (section, _) = fields.get_key_value(name_of(&report)).unwrap();
         seen.add(section, "", report.as_object().unwrap());
     }
@@ -332,8 +314,8 @@ fn every_output_fits_its_schema_and_every_field_occurs() {
 
 #[test]
 fn an_object_that_does_not_fit_is_noticed() {
-    let validators = validators(&schemas());
-    let fits = |report: &Value| validators["error"].is_valid(report);
+    let schemas = schemas();
+    let fits = |report: &Value| Validator(&schemas).fits("error", report);
     let error = json!({
         "schema": "meliora.error/1", "kind": "input", "message": "m", "file": null, "line": 7, "column": null
     });

@@ -57,6 +57,7 @@ mod readme;
 mod regions;
 mod report;
 mod requirements;
+mod schema;
 mod settings;
 mod shield;
 mod status;

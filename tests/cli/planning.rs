@@ -35,8 +35,8 @@ fn two_files_in_any_order_one_file_and_standard_input_are_one_model() {
         [(format!("info - {problem} --json"), DOORS[0].1), (format!("info {domain} - --json"), DOORS[1].1)]
     {
         let mut command = executable();
-        command.args(arguments.split(' ')).write_stdin(input);
-        assert_eq!(Finished::of(&mut command).expect(0).json()["counts"], two, "{arguments}");
+        command.args(arguments.split(' '));
+        assert_eq!(Finished::reading(&mut command, input).expect(0).json()["counts"], two, "{arguments}");
     }
     run!("info {domain}").ends(3, "the problem is missing");
     run!("info {domain} nosuch.pddl").ends(3, "nosuch.pddl: no such file");
