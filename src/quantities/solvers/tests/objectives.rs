@@ -377,6 +377,7 @@ fn several_objectives_are_those_of_means_of_pure_strategies() {
         infinite += usize::from(case.is_infinite() && !case.is_finite());
         fronts[few - 2] += usize::from(case.front());
     }
-    let done = counts.iter().all(|&count| count > 5) && fronts[0] + fronts[1] > share(10) && infinite > 0;
-    assert!(done && refused[0] > share(10) && refused[1] < 5, "{counts:?} {fronts:?} {refused:?} {infinite}");
+    let done =
+        counts.iter().all(|&count| count > 5) && fronts[0] + fronts[1] >= share(6) && infinite >= share(2);
+    assert!(done && refused[0] >= share(6) && refused[1] < 5, "{counts:?} {fronts:?} {refused:?} {infinite}");
 }
