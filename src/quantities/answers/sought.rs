@@ -1,9 +1,8 @@
 //! The number that one operator asks for in some states: the probability of a formula, or a reward until a target.
 
-use crate::answers::path_values::{Answer, Paths, Value, Wanted};
+use crate::answers::path_values::{Answer, Value};
 use crate::answers::vector::{self, Accumulation, Until};
 use crate::equations::arena::{Arena, Extremes};
-use crate::equations::cost::{Earned, check_rewards};
 use meliora_base::error::{Limit, Result};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
@@ -22,7 +21,7 @@ pub fn too_many_states() -> Limit {
 pub enum Sought<'a, S> {
     /// The probability of the formula that the regions belong to. A formula with monitors has a condition on them.
     Probability(Option<&'a Condition>),
-    /// The reward of the structure with this number until a state of the target is reached.
+    /// The reward of the structure with this number until a state of the target is reached; not of games.
     Reward(usize, &'a S),
 }
 
@@ -59,10 +58,14 @@ impl<S> Sought<'_, S> {
     /// and the opponent looks for the other one. `None` if such a number of a game is not supported: the formula is neither
     /// safe nor co-safe.
     ///
-    /// Cost: that of [`Paths::explore`]; of a game, that of [`Arena::reached`].
+    /// The value of a co-safe formula is the probability to reach the states in which it is 1. That of a safe one is 1 minus
+    /// the probability to reach those in which it is 0; so is the least value of any formula for one player. So only the
+    /// states between the regions, as far as the given ones reach them, have equations.
+    ///
+    /// Cost: that of [`Arena::reached`].
     ///
     /// # Errors
-    /// A limit is reached, or a reward is wrong.
+    /// A limit is reached, a region is missing, or a reward is wrong or one of a game.
     pub fn prepare<'e, E: Engine<States = S>>(
         &self,
         (engine, program): (&'e E, &'e Program),
@@ -73,80 +76,42 @@ impl<S> Sought<'_, S> {
     where
         S: Clone + 'e,
     {
-        if engine.is_game() {
-            return match self.is_safe() {
-                None => Ok(None),
-                Some(is_safe) => {
-                    self.in_game((engine, program), (optimum, is_safe), regions, states).map(Some)
-                }
-            };
-        }
         if states.len() > MOST_STATES {
             return Err(too_many_states().into());
         }
-        let wanted = match self {
-            Sought::Probability(_) => Wanted::Probability,
-            Sought::Reward(structure, target) => {
-                let items = &program.rewards[*structure];
-                check_rewards(engine, program, items, &program.wrong_rewards(*structure))?;
-                Wanted::Reward(Earned { program, structure: items }, *target)
-            }
-        };
-        let mut paths = Paths::explore(engine, program, (&wanted, optimum), regions, states)?;
-        Ok(Some(Box::new(move |precision| narrow(&mut paths, precision))))
-    }
-
-    fn in_game<'e, E: Engine<States = S>>(
-        &self,
-        (engine, program): (&'e E, &'e Program),
-        (optimum, is_safe): (Optimum, bool),
-        regions: &Regions<Option<S>>,
-        states: &[State],
-    ) -> Result<Compute<'e>> {
-        let goal = Extremes::against(optimum);
-        let reached = |stops: &E::States| Arena::reached(engine, program, states, stops);
-        let of = |numbers: Vec<usize>| move |found: Answer| found.selected(&numbers);
-        if let Sought::Reward(structure, target) = self {
-            let (arena, numbers) = reached(target)?;
+        let all = engine.all_states();
+        let outside = |which: Which| engine.difference(&all, regions.known(which)?);
+        let reached = |stops: &S| Arena::reached(engine, program, states, stops);
+        if let &Sought::Reward(structure, target) = self {
+            program.of_one_player("a reward until a target")?;
+            let (goal, infinite) = (Extremes::all(optimum), outside(self.needed(optimum)[0])?);
+            let (arena, numbers) = reached(&engine.union(target, &infinite)?)?;
             let until = Accumulation::Until(arena.members(engine, target)?);
-            let (rewards, selected) = (arena.rewards(engine, *structure)?, of(numbers));
-            return Ok(Box::new(move |precision| {
-                vector::reward(&arena, &rewards, &until, goal, precision).map(&selected)
-            }));
+            let rewards = arena.rewards(engine, structure)?;
+            return Ok(Some(Box::new(move |precision| {
+                let found = vector::rewards_of_all(&arena, &rewards, &until, goal, precision)?;
+                Ok(found.selected(&numbers).answer(f64::INFINITY))
+            })));
         }
-        let needed = self.needed(optimum);
-        let (positive, one) = (regions.known(needed[0])?, regions.known(needed[1])?);
-        let zero = engine.difference(&engine.all_states(), positive)?;
+        let (goal, is_negated) = match (engine.is_game(), self.is_safe()) {
+            (true, None) => return Ok(None),
+            (true, Some(is_safe)) => (Extremes::against(optimum), is_safe),
+            (false, _) => (Extremes::all(Optimum::Max), optimum == Optimum::Min),
+        };
+        let [positive, one] = self.needed(optimum) else { return Ok(None) };
+        let (zero, one) = (outside(*positive)?, regions.known(*one)?);
         let (arena, numbers) = reached(&engine.union(&zero, one)?)?;
         let (zero, one) = (arena.members(engine, &zero)?, arena.members(engine, one)?);
-        let selected = of(numbers);
-        if !is_safe {
-            // The value is the probability to reach the states in which it is 1.
-            let until = Until::unbounded(!zero, one);
-            return Ok(Box::new(move |precision| {
-                vector::probability(&arena, &until, goal, precision).map(&selected)
-            }));
-        }
-        // 1 minus the value of reaching the states in which it is 0: whoever stays elsewhere satisfies it.
-        let until = Until::unbounded(!one, zero);
-        Ok(Box::new(move |precision| {
-            let mut found = vector::probability(&arena, &until, goal.opposite(), precision)?;
-            found.values.iter_mut().for_each(Value::complement);
-            Ok(selected(found))
-        }))
-    }
-}
-
-/// Computes values, with fractions where the bounds are wider than the precision. The values of several states may be far
-/// apart; each has narrow bounds of its own.
-fn narrow(paths: &mut Paths<'_>, precision: f64) -> Result<Answer> {
-    let found = paths.values(precision <= 0.0)?;
-    let width = |value: &Value| value.interval().width() / value.interval().lower.max(1.0);
-    if precision <= 0.0 || found.end.is_err() || found.values.iter().all(|value| width(value) <= precision) {
-        return Ok(found);
-    }
-    match paths.values(true).and_then(|exact| exact.end.map(|()| exact.values)) {
-        Ok(values) => Ok(Answer { values, end: Ok(()) }),
-        Err(e) => Ok(Answer { end: Err(e), ..found }),
+        let (end, lost) = if is_negated { (zero, one) } else { (one, zero) };
+        let goal = if is_negated && engine.is_game() { goal.opposite() } else { goal };
+        let until = Until::unbounded(!lost, end);
+        Ok(Some(Box::new(move |precision| {
+            let found = vector::probabilities(&arena, &until, goal, precision)?;
+            let mut found = found.selected(&numbers).answer(1.0);
+            if is_negated {
+                found.values.iter_mut().for_each(Value::complement);
+            }
+            Ok(found)
+        })))
     }
 }

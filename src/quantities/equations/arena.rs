@@ -22,7 +22,7 @@ use super::graph::Graph;
 use super::meter::Meter;
 use super::narrow::Narrow;
 use super::reached::{Growing, Reached};
-use super::source::{Numbered, Source, Stored, Walked};
+use super::source::{Numbered, Source, Stored, Walked, numbers_of};
 
 /// A set of states of an arena.
 pub type Members = BitVec;
@@ -88,7 +88,7 @@ impl<'e> Arena<'e> {
         let (mut meter, codec, sink) =
             (Meter::new(engine), Codec::new(program)?, Arc::clone(&engine.settings().sink));
         let membership = engine.membership(&[stops, &all])?;
-        let (found, codes, choices) = match Stored::new(membership.numbers(), (program, &codec), false) {
+        let (found, codes, choices) = match Stored::new(membership.numbers(), &codec) {
             Some(mut stored) => {
                 let in_order =
                     |stored: &mut Stored<'_>, meter: &mut Meter<'_>| in_order(stored.numbers, meter);
@@ -254,11 +254,6 @@ fn bytes_of_state(program: &Program) -> usize {
     size_of::<State>() + 2 * 8 * program.variables.len()
 }
 
-/// Returns the numbers of some states.
-fn numbers_of(source: &mut impl Source, states: &[State], meter: &mut Meter<'_>) -> Result<Vec<u32>> {
-    states.iter().map(|state| source.number(state, meter)).collect()
-}
-
 /// Returns the graph of the states that some states reach, or of all in an order, with their codes one after the other. Cost:
 /// linear, with the choices of each state listed once.
 fn explored<S: Source>(
@@ -272,7 +267,7 @@ fn explored<S: Source>(
         None => in_order(source, meter)?,
     };
     let before = meter.bytes();
-    let found = Growing::new(source, (codec, None), (false, false), meter)?.run(source, &starts)?;
+    let found = Growing::new(source, (false, false), meter)?.run(source, &starts)?;
     meter.release_to(before + found.graph.bytes());
     meter.take(found.numbers.len() * codec.words() * size_of::<u64>())?;
     let codes = found.numbers.iter().flat_map(|&number| source.code(number)).collect();

@@ -11,7 +11,7 @@
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solution` | the one form of equations, for each quantity and level, and their solutions |
 //! | `number` | intervals with outward rounding, and fractions |
-//! | `reached`, `search` | the graph of the states that some states reach |
+//! | `reached` | the graph of the states that some states reach |
 
 pub mod arena;
 pub(crate) mod choices;
@@ -27,7 +27,6 @@ pub(crate) mod narrow;
 pub(crate) mod number;
 pub(crate) mod places;
 pub(crate) mod reached;
-pub(crate) mod search;
 pub(crate) mod solution;
-mod source;
+pub(crate) mod source;
 pub(crate) mod system;

@@ -1,6 +1,5 @@
 //! The graph of the states that some states reach, until their paths end or fail.
 
-use crate::equations::cost::{Cost, Earned};
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{EVERY, Graph, Rank};
 use crate::equations::meter::Meter;
@@ -8,8 +7,6 @@ use crate::equations::source::Source;
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_model::State;
-use meliora_space::weighted::Codec;
 use num_traits::{One, Zero};
 
 /// The node of all states where the path ends.
@@ -21,6 +18,8 @@ const UNKNOWN: u32 = u32::MAX - 1;
 const WAITING: u32 = u32::MAX - 2;
 /// Not a node: a state that is none of the engine.
 const OUTSIDE: u32 = u32::MAX - 3;
+/// Not a node: a state in which paths stay, and which has no node yet.
+const STAYING: u32 = u32::MAX - 4;
 /// The number of the set of the opponent's states, after those of the parts.
 const THEIRS: u32 = 3;
 
@@ -30,7 +29,8 @@ const THEIRS: u32 = 3;
 fn part(marks: u64, ends: bool) -> u32 {
     match marks.trailing_zeros() {
         0 if ends => END,
-        0 | 1 => WAITING,
+        0 => STAYING,
+        1 => WAITING,
         2 => LOST,
         _ => OUTSIDE,
     }
@@ -53,13 +53,12 @@ impl Reached {
     /// Returns the node of a number of the source: a number, [`END`] or [`LOST`]; `None` if it was not reached.
     pub(crate) fn node(&self, number: u32) -> Option<u32> {
         let node = self.nodes.get(number as usize).copied();
-        node.filter(|node| ![UNKNOWN, WAITING, OUTSIDE].contains(node))
+        node.filter(|node| ![UNKNOWN, WAITING, OUTSIDE, STAYING].contains(node))
     }
 }
 
 /// The exploration of the states of a source.
 pub(crate) struct Growing<'a, 'm> {
-    codec: &'a Codec,
     graph: Graph,
     /// True if paths end: the first node is [`END`]. Else each state of the first set has a node, which is never left.
     ends: bool,
@@ -67,7 +66,8 @@ pub(crate) struct Growing<'a, 'm> {
     nodes: Vec<u32>,
     /// The numbers of the states with nodes of their own, in the order of these.
     numbers: Vec<u32>,
-    cost: Option<Earned<'a>>,
+    /// The states with nodes of their own in which paths stay, in the same order.
+    staying: BitVec,
     /// The number of the cost 0.
     free: u32,
     meter: &'a mut Meter<'m>,
@@ -78,9 +78,8 @@ impl<'a, 'm> Growing<'a, 'm> {
     ///
     /// # Errors
     /// The memory limit is reached.
-    pub(super) fn new(
+    pub(crate) fn new(
         source: &impl Source,
-        (codec, cost): (&'a Codec, Option<Earned<'a>>),
         (ends, is_game): (bool, bool),
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
@@ -91,14 +90,22 @@ impl<'a, 'm> Growing<'a, 'm> {
         if ends {
             graph.add_node(Rank::default(), false, meter)?;
         }
-        Ok(Growing { codec, graph, ends, nodes: Vec::new(), numbers: Vec::new(), cost, free, meter })
+        Ok(Growing {
+            graph,
+            ends,
+            nodes: Vec::new(),
+            numbers: Vec::new(),
+            staying: BitVec::new(),
+            free,
+            meter,
+        })
     }
 
     /// Explores the states that some states reach, breadth first.
     ///
     /// # Errors
-    /// A limit is reached; a reward has no meaning in some state.
-    pub(super) fn run(mut self, source: &mut impl Source, states: &[u32]) -> Result<Reached> {
+    /// A limit is reached; a command has no meaning in some state.
+    pub(crate) fn run(mut self, source: &mut impl Source, states: &[u32]) -> Result<Reached> {
         let mut starts = Vec::with_capacity(states.len());
         for &number in states {
             starts.push(match number == LOST || self.learn(number, source)? == OUTSIDE {
@@ -108,7 +115,7 @@ impl<'a, 'm> Growing<'a, 'm> {
         }
         let (first, mut next) = (self.graph.nodes() - self.numbers.len(), 0);
         while let Some(&number) = self.numbers.get(next) {
-            let node = (first + next) as u32;
+            let (node, stays) = ((first + next) as u32, self.staying[next]);
             next += 1;
             self.meter.step()?;
             let nodes = self.graph.nodes();
@@ -117,7 +124,7 @@ impl<'a, 'm> Growing<'a, 'm> {
             if self.graph.theirs.is_some() {
                 self.graph.set_owner(node, source.marks(number)? >> THEIRS & 1 == 1);
             }
-            match !self.ends && source.marks(number)? & 1 == 1 {
+            match stays {
                 true => self.stay_in(node),
                 false => self.choices(number, source)?,
             }
@@ -137,17 +144,12 @@ impl<'a, 'm> Growing<'a, 'm> {
     /// Adds the choices of a state that lead to states of the engine.
     fn choices(&mut self, number: u32, source: &mut impl Source) -> Result<()> {
         let count = source.expand(number, &mut self.graph.game.fractions, self.meter)?;
-        let state = if self.cost.is_some() { self.codec.decode(&source.code(number)) } else { State::new() };
         for position in 0..count {
             let (targets, weights) = source.choice(position);
             if !self.are_inside(targets, source)? {
                 continue;
             }
-            let cost = match self.cost {
-                Some(cost) => self.graph.fraction(cost.of(&state, &source.combinations(position))?),
-                None => self.free,
-            };
-            self.graph.add_choice(position as u32, cost);
+            self.graph.add_choice(position as u32, self.free);
             for (&target, &weight) in targets.iter().zip(weights) {
                 let to = self.enter(target)?;
                 self.graph.add_edge(Edge::new(to, weight, self.ends && to == END));
@@ -184,18 +186,18 @@ impl<'a, 'm> Growing<'a, 'm> {
     #[inline]
     fn enter(&mut self, number: u32) -> Result<u32> {
         match self.nodes[number as usize] {
-            WAITING => self.add(number),
+            part @ (WAITING | STAYING) => self.add(number, part == STAYING),
             known => Ok(known),
         }
     }
 
-    fn add(&mut self, number: u32) -> Result<u32> {
-        let sure = if self.cost.is_some() { EVERY } else { 0 };
-        let node = self.graph.add_node(Rank { positive: EVERY, sure }, false, self.meter)?;
+    fn add(&mut self, number: u32, stays: bool) -> Result<u32> {
+        let node = self.graph.add_node(Rank { positive: EVERY, sure: 0 }, false, self.meter)?;
         // The greatest numbers are constants.
-        self.meter.number(node as usize + 3)?;
+        self.meter.number(node as usize + 4)?;
         self.meter.take(size_of::<u32>())?;
         self.numbers.push(number);
+        self.staying.push(stays);
         self.nodes[number as usize] = node;
         Ok(node)
     }

@@ -1,6 +1,5 @@
 //! The states of an engine by number, with the choices of each.
 
-use std::borrow::Cow;
 use std::sync::Arc;
 
 use meliora_base::error::Result;
@@ -17,7 +16,7 @@ use super::game_graph::LOST;
 use super::meter::Meter;
 
 /// The states of an engine by number, with the choices of one state at a time.
-pub(super) trait Source {
+pub(crate) trait Source {
     /// Returns all probabilities that are known so far.
     fn fractions(&self) -> Fractions;
 
@@ -48,22 +47,28 @@ pub(super) trait Source {
     /// Returns the successors of a choice of the last state, each once and ordered by values, and the numbers of their
     /// probabilities.
     fn choice(&self, position: usize) -> (&[u32], &[u32]);
-
-    /// Returns the combinations of commands that a choice of the last state draws from.
-    fn combinations(&self, position: usize) -> Cow<'_, [Combination]>;
 }
 
 /// The numbers of the states of an arena in their engine.
-pub(super) struct Numbered {
-    pub(super) of_state: Vec<u32>,
+pub(crate) struct Numbered {
+    pub(crate) of_state: Vec<u32>,
     /// Their choices by commands, if the engine keeps these.
-    pub(super) choices: Option<Arc<Enabled>>,
+    pub(crate) choices: Option<Arc<Enabled>>,
     /// The probabilities of the exploration that has given the numbers.
-    pub(super) probabilities: Arc<Probabilities>,
+    pub(crate) probabilities: Arc<Probabilities>,
+}
+
+/// Returns the numbers of some states.
+pub(crate) fn numbers_of(
+    source: &mut impl Source,
+    states: &[State],
+    meter: &mut Meter<'_>,
+) -> Result<Vec<u32>> {
+    states.iter().map(|state| source.number(state, meter)).collect()
 }
 
 /// Returns the combinations that a choice draws from, of all of its state.
-pub(super) fn drawn<'c>(program: &Program, all: &'c [Combination], position: usize) -> &'c [Combination] {
+pub(crate) fn drawn<'c>(program: &Program, all: &'c [Combination], position: usize) -> &'c [Combination] {
     match program.kind {
         ModelKind::Dtmc => all,
         // A deadlock has none.
@@ -72,39 +77,24 @@ pub(super) fn drawn<'c>(program: &Program, all: &'c [Combination], position: usi
 }
 
 /// The states that an engine stores, with the choices that it has found.
-pub(super) struct Stored<'a> {
-    pub(super) numbers: &'a dyn Numbers,
+pub(crate) struct Stored<'a> {
+    pub(crate) numbers: &'a dyn Numbers,
     probabilities: &'a Arc<Probabilities>,
-    program: &'a Program,
     codec: &'a Codec,
-    /// The choices by commands, if they are needed.
-    kept: Option<&'a Enabled>,
-    /// The combinations of each list of choices that was needed.
-    combinations: Vec<Option<Vec<Combination>>>,
-    /// The first choice of the state whose choices are listed, and the list of these.
-    last: (usize, u32),
+    /// The first choice of the state whose choices are listed.
+    first: usize,
 }
 
 impl<'a> Stored<'a> {
-    /// Returns the states of an engine; `None` if it does not store them with their probabilities, and with their commands if
-    /// these are needed.
-    pub(super) fn new(
-        numbers: Option<&'a dyn Numbers>,
-        (program, codec): (&'a Program, &'a Codec),
-        needs_commands: bool,
-    ) -> Option<Self> {
+    /// Returns the states of an engine; `None` if it does not store them with their probabilities.
+    pub(crate) fn new(numbers: Option<&'a dyn Numbers>, codec: &'a Codec) -> Option<Self> {
         let numbers = numbers?;
-        let kept = match needs_commands {
-            true => Some(&**numbers.kept_choices()?),
-            false => None,
-        };
-        let combinations = vec![None; kept.map_or(0, Enabled::lists)];
         let probabilities = numbers.probabilities()?;
-        Some(Stored { numbers, probabilities, program, codec, kept, combinations, last: (0, 0) })
+        Some(Stored { numbers, probabilities, codec, first: 0 })
     }
 
     /// Returns the choices by commands, if the engine keeps them, and the probabilities of all.
-    pub(super) fn choices(&self) -> (Option<Arc<Enabled>>, Arc<Probabilities>) {
+    pub(crate) fn choices(&self) -> (Option<Arc<Enabled>>, Arc<Probabilities>) {
         (self.numbers.kept_choices().cloned(), Arc::clone(self.probabilities))
     }
 }
@@ -132,29 +122,18 @@ impl Source for Stored<'_> {
 
     fn expand(&mut self, number: u32, _: &mut Fractions, _: &mut Meter<'_>) -> Result<usize> {
         let choices = self.numbers.choices(number);
-        self.last = (choices.start, 0);
-        if let Some(kept) = self.kept {
-            let list = kept.list(number as usize);
-            self.last.1 = list;
-            let known = &mut self.combinations[list as usize];
-            known.get_or_insert_with(|| kept.combinations(self.program, list));
-        }
+        self.first = choices.start;
         Ok(choices.len())
     }
 
     fn choice(&self, position: usize) -> (&[u32], &[u32]) {
-        let choice = self.last.0 + position;
+        let choice = self.first + position;
         (self.numbers.successors(choice), self.probabilities.of(choice))
-    }
-
-    fn combinations(&self, position: usize) -> Cow<'_, [Combination]> {
-        let all = self.combinations.get(self.last.1 as usize).and_then(Option::as_deref).unwrap_or_default();
-        Cow::Borrowed(drawn(self.program, all, position))
     }
 }
 
 /// States by code, whose commands are evaluated.
-pub(super) struct Walked<'a> {
+pub(crate) struct Walked<'a> {
     sets: &'a dyn Membership,
     codec: &'a Codec,
     walk: Box<dyn Walk + 'a>,
@@ -167,7 +146,7 @@ pub(super) struct Walked<'a> {
 
 impl<'a> Walked<'a> {
     /// Begins without states.
-    pub(super) fn new(sets: &'a dyn Membership, walker: &'a Walker<'_>) -> Self {
+    pub(crate) fn new(sets: &'a dyn Membership, walker: &'a Walker<'_>) -> Self {
         Walked {
             sets,
             codec: walker.codec(),
@@ -180,7 +159,7 @@ impl<'a> Walked<'a> {
     }
 
     /// Returns the codes of the states by number.
-    pub(super) fn into_codes(self) -> Codes {
+    pub(crate) fn into_codes(self) -> Codes {
         self.codes
     }
 }
@@ -225,9 +204,5 @@ impl Source for Walked<'_> {
     fn choice(&self, position: usize) -> (&[u32], &[u32]) {
         let own = self.steps.range(position);
         (&self.targets[own], self.steps.weights(position))
-    }
-
-    fn combinations(&self, position: usize) -> Cow<'_, [Combination]> {
-        Cow::Owned(self.walk.taken(position).combinations)
     }
 }

@@ -120,10 +120,3 @@ impl Reaching<'_> {
         Ok((Sets { open, ones, permitted }, infinite))
     }
 }
-
-impl<N: Number> Vector<N> {
-    /// Returns 1 minus each probability.
-    pub(crate) fn complemented(self) -> Self {
-        Vector { values: self.values.iter().map(|x| x.as_ref().map(N::complement)).collect(), end: self.end }
-    }
-}
