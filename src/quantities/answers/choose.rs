@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use num_traits::ToPrimitive;
 
-use crate::answers::path_values::Likely;
+use crate::answers::likely::Likely;
 use crate::answers::values::{Aim, ChoiceValues, Node, ValueOptions, Values};
 use crate::equations::cost::Cost;
 use crate::equations::number::Bounds;

@@ -3,7 +3,7 @@
 //! | module | contents |
 //! | --- | --- |
 //! | [`values`], [`state_values`], [`all_states`] | the results of an analysis: [`Values`](crate::Values), also as plain data |
-//! | [`choose`], `ties` | strategies that attain the values |
+//! | [`choose`], `likely`, `ties` | strategies that attain the values |
 //! | [`by_goal`] | how likely the first improvement gains each objective |
 //! | [`optimal`] | strategies that attain the optimum of one operator |
 //! | [`outlook`] | what a strategy promises |
@@ -19,6 +19,7 @@ pub mod by_goal;
 pub mod choose;
 pub mod confirmed;
 pub mod followed;
+pub(crate) mod likely;
 pub mod optimal;
 pub mod outlook;
 pub mod path_values;
