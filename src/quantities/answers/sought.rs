@@ -1,9 +1,12 @@
 //! The number that one operator asks for in some states: the probability of a formula, or a reward until a target.
 
 use crate::answers::path_values::{Answer, Value};
-use crate::answers::vector::{self, Accumulation, Until};
+use crate::answers::vector::{Accumulation, Computed, Until, computed, reward_of, until_of};
 use crate::equations::arena::{Arena, Extremes};
+use crate::equations::number::Interval;
+use crate::solvers::reaching::Vector;
 use meliora_base::error::{Limit, Result};
+use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::temporal::{Asks, Condition};
@@ -89,13 +92,15 @@ impl<S> Sought<'_, S> {
             let until = Accumulation::Until(arena.members(engine, target)?);
             let rewards = arena.rewards(engine, structure)?;
             return Ok(Some(Box::new(move |precision| {
-                let found = vector::rewards_of_all(&arena, &rewards, &until, goal, precision)?;
-                Ok(found.selected(&numbers).answer(f64::INFINITY))
+                let near = || reward_of::<Interval>(&arena, &rewards, &until, goal, &mut arena.meter());
+                let exact = || reward_of::<Ratio>(&arena, &rewards, &until, goal, &mut arena.meter());
+                Ok(narrow(precision, &numbers, near, exact)?.answer(f64::INFINITY))
             })));
         }
         let (goal, is_negated) = match (engine.is_game(), self.is_safe()) {
             (true, None) => return Ok(None),
-            (true, Some(is_safe)) => (Extremes::against(optimum), is_safe),
+            (true, Some(true)) => (Extremes::against(optimum).opposite(), true),
+            (true, Some(false)) => (Extremes::against(optimum), false),
             (false, _) => (Extremes::all(Optimum::Max), optimum == Optimum::Min),
         };
         let [positive, one] = self.needed(optimum) else { return Ok(None) };
@@ -103,15 +108,25 @@ impl<S> Sought<'_, S> {
         let (arena, numbers) = reached(&engine.union(&zero, one)?)?;
         let (zero, one) = (arena.members(engine, &zero)?, arena.members(engine, one)?);
         let (end, lost) = if is_negated { (zero, one) } else { (one, zero) };
-        let goal = if is_negated && engine.is_game() { goal.opposite() } else { goal };
         let until = Until::unbounded(!lost, end);
         Ok(Some(Box::new(move |precision| {
-            let found = vector::probabilities(&arena, &until, goal, precision)?;
-            let mut found = found.selected(&numbers).answer(1.0);
+            let near = || until_of::<Interval>(&arena, &until, goal, &mut arena.meter());
+            let exact = || until_of::<Ratio>(&arena, &until, goal, &mut arena.meter());
+            let mut found = narrow(precision, &numbers, near, exact)?.answer(1.0);
             if is_negated {
                 found.values.iter_mut().for_each(Value::complement);
             }
             Ok(found)
         })))
     }
+}
+
+/// Computes values at some positions, with fractions where the bounds of one of these are wider than the precision.
+fn narrow(
+    precision: f64,
+    positions: &[usize],
+    near: impl FnOnce() -> Result<Vector<Interval>>,
+    exact: impl FnOnce() -> Result<Vector<Ratio>>,
+) -> Result<Computed> {
+    computed(precision, || Ok(near()?.selected(positions)), || Ok(exact()?.selected(positions)))
 }

@@ -168,14 +168,6 @@ impl Computed {
         }
     }
 
-    /// Returns the values at some positions.
-    pub(crate) fn selected(self, positions: &[usize]) -> Self {
-        match self {
-            Computed::Near(found) => Computed::Near(found.selected(positions)),
-            Computed::Exact(found) => Computed::Exact(found.selected(positions)),
-        }
-    }
-
     /// Forgets all but the values of the first states.
     pub(crate) fn first(self, count: usize) -> Self {
         match self {
@@ -212,7 +204,8 @@ impl<N: Number> Vector<N> {
         Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) }
     }
 
-    fn selected(self, positions: &[usize]) -> Self {
+    /// Returns the values at some positions.
+    pub(crate) fn selected(self, positions: &[usize]) -> Self {
         let values = positions.iter().map(|&at| self.values[at].clone()).collect();
         Vector { values, end: self.end }
     }
