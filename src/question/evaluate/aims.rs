@@ -150,11 +150,10 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let all = self.engine.all_states();
         let states = |term: Option<&Term>| term.map(|term| self.states(term, &all)).transpose();
         let (target, left) = (states(wanted)?, states(left)?);
-        let mut stops = self.engine.no_states();
-        if let Some(target) = target.as_ref().filter(|_| is_decided) {
-            let outside = left.as_ref().map(|left| self.engine.difference(&all, left)).transpose()?;
-            stops = self.engine.union(target, &outside.unwrap_or(stops))?;
-        }
+        let stops = match target.as_ref().filter(|_| is_decided) {
+            Some(target) => self.stops(target, left.as_ref())?,
+            None => self.engine.no_states(),
+        };
         Ok(Named { target, left, stops })
     }
 

@@ -92,13 +92,10 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 })?
             }
             Step::Until { left, right, least, most } => {
-                let through = match left {
-                    Some(left) => self.states(left, &all)?,
-                    None => all.clone(),
-                };
+                let left = left.as_ref().map(|left| self.states(left, &all)).transpose()?;
                 let target = self.states(right, &all)?;
-                let lost = self.engine.difference(&all, &through)?;
-                let decided = (*least == 0).then(|| self.engine.union(&target, &lost)).transpose()?;
+                let decided = (*least == 0).then(|| self.stops(&target, left.as_ref())).transpose()?;
+                let through = left.unwrap_or(all);
                 self.in_arena(asked, decided.as_ref(), |arena, engine| {
                     let (left, right) = (arena.members(engine, &through)?, arena.members(engine, &target)?);
                     let until = Until { left, right, least: *least, most: *most };
@@ -107,6 +104,17 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             }
         };
         Ok(if single.negated { found.iter().map(Number::complemented).collect() } else { found })
+    }
+
+    /// Returns the states in which `left U target` is decided; `left` has all states if none are given.
+    pub(super) fn stops(&self, target: &E::States, left: Option<&E::States>) -> Result<E::States> {
+        match left {
+            Some(left) => {
+                let outside = self.engine.difference(&self.engine.all_states(), left)?;
+                self.engine.union(target, &outside)
+            }
+            None => Ok(target.clone()),
+        }
     }
 
     /// Computes over a list of states, in which the players of the operator are ours: those that are reached without leaving
