@@ -28,10 +28,6 @@ const MOST_LETTERS: usize = 4;
 const CHUNKS: usize = 78;
 /// Number of chunks at the first positions only.
 const FIRST_CHUNKS: usize = 22;
-/// Number of formulas of five operators.
-const ALL_OF_FIVE: usize = 9_191_081;
-/// Number of those whose binary operators are `|` and `U`.
-const SOME_OF_FIVE: usize = 293_687;
 /// Maximum number of formulas per thread; they are then forgotten.
 const MOST_KNOWN: usize = 1_000_000;
 
@@ -496,10 +492,8 @@ fn monitors_are_right_for_all_formulas_of_up_to_four_operators() {
 /// all takes longer than the comparison. The environment variable `FIVE_STEP=1` asks for each.
 #[test]
 fn monitors_are_right_for_some_formulas_of_five_operators() {
-    let (binary, count, step) = match is_long() {
-        true => (&BINARY[..], ALL_OF_FIVE, 250),
-        false => (&BINARY[1..3], SOME_OF_FIVE, 50),
-    };
+    let (binary, count, step): (_, usize, _) =
+        if is_long() { (&BINARY[..], 9_191_081, 250) } else { (&BINARY[1..3], 293_687, 50) };
     let step = std::env::var("FIVE_STEP").map_or(step, |step| step.parse().unwrap());
     let found = compare(&Enumerated::up_to(3, binary), 5, step);
     assert_eq!(found, count.div_ceil(step));

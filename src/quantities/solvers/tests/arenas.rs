@@ -461,8 +461,7 @@ fn agree(kind: &str, seeds: usize) {
     for seed in 0..share(seeds) as u64 {
         let draw = &mut Draw::new(seed);
         let made = Made::draw(draw, kind);
-        let program = load(&made.text(kind));
-        let mut listed = Vec::new();
+        let (program, mut listed) = (load(&made.text(kind)), Vec::new());
         let explicit = Storage::Explicit;
         for (storage, keeps, precision) in
             [(explicit, true, 1e-6), (explicit, false, 1e-6), (Storage::Symbolic, false, 0.0)]
@@ -475,8 +474,8 @@ fn agree(kind: &str, seeds: usize) {
             let half: BitVec = (0..made.states()).map(|s| s % 2 == 0).collect();
             let set = arena.set(&engine, &half).unwrap();
             assert_eq!(arena.members(&engine, &set).unwrap(), half);
-            let what = format!("seed {seed}, {kind}, {storage:?}\n{}", made.text(kind));
             listed.push(steps(&arena));
+            let what = format!("seed {seed}, {kind}, {storage:?}\n{}", made.text(kind));
             assert_eq!(listed.first(), listed.last(), "{what}");
             if keeps || precision == 0.0 {
                 asked(&made, (&arena, &engine), draw, (precision, &what));
