@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meliora::engine::Engine;
-use meliora::quantities::{Steps, ValueOptions, Values};
+use meliora::quantities::{Exploration, Steps, ValueOptions, Values};
 
 /// P_1, P_2, C_1, C_2 and N.
 const OPTIONS: ValueOptions = ValueOptions { levels: 2, exact: false, within: None };
@@ -26,7 +26,8 @@ fn quantities(c: &mut Criterion) {
             let once = |_| {
                 let mut values = Values::new(OPTIONS);
                 let start = Instant::now();
-                values.explore(&analysis, &case.program, &all, &Steps).unwrap();
+                let exploration = Exploration::new(OPTIONS, &analysis, &case.program, &Steps).unwrap();
+                exploration.run(&mut values, &all).unwrap();
                 let explored = start.elapsed();
                 values.solve(&*engine).unwrap();
                 [explored, start.elapsed() - explored][phase]

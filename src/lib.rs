@@ -313,8 +313,8 @@ pub mod planning {
 pub mod quantities {
     #[doc(inline)]
     pub use meliora_quantities::{
-        Achiever, Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Interval, Node, Steps,
-        ValueOptions, ValuedRule, Values, all_states, choose, confirmed, cost, outlook, path_values,
+        Achiever, Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Exploration, Interval, Node,
+        Steps, ValueOptions, ValuedRule, Values, all_states, choose, confirmed, cost, outlook, path_values,
         state_values, values,
     };
 }

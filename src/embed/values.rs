@@ -3,19 +3,26 @@
 use super::{Task, Work};
 use meliora_base::csv::Lines;
 use meliora_base::error::{Limit, Result};
-use meliora_engine::Engine;
+use meliora_engine::{Count, Engine};
 use meliora_model::State;
 use meliora_planning::Analysis;
 use meliora_quantities::by_goal::by_goal;
 use meliora_quantities::choose::LEVELS;
 use meliora_quantities::cost::{Cost, Costs};
 use meliora_quantities::state_values::{StateValues, Width};
-use meliora_quantities::{ValueOptions, Values};
+use meliora_quantities::{Exploration, ValueOptions, Values};
 use meliora_report::ValuesReport;
 use meliora_report::values::{heading, rows};
 
 /// The number of states whose values are added before they are computed.
 const SOON: usize = 1000;
+
+/// The number of nodes that are explored before values are computed, and the factor by which it grows while the values are
+/// not known.
+const FIRST: usize = 1 << 14;
+const GROWTH: usize = 2;
+/// The part of all states after which all are explored: the equations of all parts are at most half of those of all states.
+const PART: u64 = 4;
 
 /// The values that are asked for.
 #[derive(Debug, Clone)]
@@ -39,7 +46,7 @@ pub struct ValuesWanted {
 }
 
 /// Computes the values of some states and adds them to the report, also those known when a limit ends the work; all of them
-/// are added to `lines`, too. Cost: see [`Values::explore`] and [`Values::solve`].
+/// are added to `lines`, too. Cost: see [`Exploration::run_part`] and [`Values::solve`].
 ///
 /// # Errors
 /// A bound is wider than the precision; a reward is wrong in some state; a limit is reached.
@@ -71,15 +78,27 @@ impl<E: Engine> Evaluation<'_, E> {
         let (program, engine) = (&task.program, analysis.engine());
         let levels = wanted.levels.unwrap_or_else(|| Values::levels_found(analysis, LEVELS));
         let mut values = Values::new(ValueOptions { levels, exact: wanted.exact, within: wanted.within });
-        let explore = || match wanted.everywhere {
-            true => values.explore_everywhere(analysis, program, costs),
-            false => values.explore(analysis, program, states, costs),
+        let begin = || Exploration::new(values.options(), analysis, program, costs);
+        let exploration = work.timed("explore", begin, |r, s| r.time.add("explore", s))?;
+        let first = &states[..states.len().min(SOON)];
+        let most = engine.count(&engine.all_states())? / PART;
+        let solved = loop {
+            let nodes = FIRST.max(GROWTH * values.nodes());
+            let explore = || match wanted.everywhere {
+                true => exploration.everywhere(&mut values),
+                false if Count::from(nodes) > most => exploration.run(&mut values, states),
+                false => exploration.run_part(&mut values, states, nodes),
+            };
+            let explored = work.timed("explore", explore, |r, s| r.time.add("explore", s));
+            // The work may be left behind while it solves, so the results of the levels are added first, unless that takes
+            // long.
+            self.fill(&values, first, usize::MAX, None)?;
+            explored?;
+            let solved = work.timed("solve", || values.solve(engine), |r, s| r.time.add("solve", s));
+            if solved.is_err() || values.is_settled() {
+                break solved;
+            }
         };
-        let explored = work.timed("explore", explore, |r, s| r.time.add("explore", s));
-        // The work may be left behind while it solves, so the results of the levels are added first, unless that takes long.
-        self.fill(&values, &states[..states.len().min(SOON)], usize::MAX, None)?;
-        explored?;
-        let solved = work.timed("solve", || values.solve(engine), |r, s| r.time.add("solve", s));
         let widest = self.fill(&values, states, wanted.shown, lines)?;
         solved?;
         if wanted.by_goal {

@@ -43,7 +43,9 @@
 //! 6. *Games.* A game is a system in which some states look for the greatest value and others for the least one. Both
 //!    methods solve its components; policy iteration changes the policy of the side that has to leave a component where
 //!    another choice is better than the best answer to it.
-//! 7. *Steps.* Bounds on the number of steps are steps backward over vectors.
+//! 7. *Parts.* For the values of some states, a part of the graph may be enough: one in which the best choices end even if all
+//!    states outside of it have the best values.
+//! 8. *Steps.* Bounds on the number of steps are steps backward over vectors.
 //!
 //! `benches/tuning.md` has figures for the methods.
 //!
@@ -88,11 +90,12 @@ pub mod equations;
 mod solvers;
 
 pub use answers::{
-    actions, all_states, by_goal, choose, confirmed, followed, optimal, outlook, path_values, several,
-    sought, state_values, values, vector,
+    actions, all_states, by_goal, choose, confirmed, exploration, followed, optimal, outlook, path_values,
+    several, sought, state_values, values, vector,
 };
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
 pub use equations::cost;
 pub use equations::number::{Bounds, Interval, PRECISION};
+pub use exploration::Exploration;
 pub use values::{Aim, ChoiceValues, Node, ValueOptions, Values};

@@ -4,7 +4,7 @@ use meliora::dump::bounds::{Bounds, Number, Row};
 use meliora::dump::manifest::ValuesFile;
 use meliora::dump::write_directory;
 use meliora::export::bounds::{Wanted, add};
-use meliora::quantities::{Cost, Earned};
+use meliora::quantities::{Cost, Earned, Exploration};
 
 use crate::common::prelude::*;
 
@@ -128,7 +128,8 @@ impl Case {
 fn truth(analysis: &Analysis<SymbolicEngine>, program: &Program, rows: &[Row], costs: &dyn Cost) -> Truth {
     let mut values = Values::new(ValueOptions { levels: LEVELS, exact: true, within: None });
     let states: Vec<State> = rows.iter().map(|row| row.state.clone()).collect();
-    values.explore(analysis, program, &states, costs).unwrap();
+    let exploration = Exploration::new(values.options(), analysis, program, costs).unwrap();
+    exploration.run(&mut values, &states).unwrap();
     values.solve(analysis.engine()).unwrap();
     let arena = |name: &str| {
         let named = |reference: Option<usize>| {

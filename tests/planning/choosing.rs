@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use meliora::planning::Memory;
-use meliora::quantities::{Choose, Chooser, ValuedRule};
+use meliora::quantities::{Choose, Chooser, Exploration, ValuedRule};
 
 use crate::common::prelude::*;
 use crate::planning::loaded::Loaded;
@@ -79,7 +79,8 @@ fn a_state_without_values_is_an_error() {
     );
     let analysis = loaded.analyse(Safety::Action, None);
     let mut values = Values::new(ValueOptions { levels: 1, exact: false, within: None });
-    values.explore(&analysis, &loaded.program, &[vec![1]], &Steps).unwrap();
+    let exploration = Exploration::new(values.options(), &analysis, &loaded.program, &Steps).unwrap();
+    exploration.run(&mut values, &[vec![1]]).unwrap();
     values.solve(&*loaded.engine).unwrap();
     let kind = Choose::Likely.kind().unwrap();
     let mut strategy = FiniteMemoryStrategy::new(&analysis, &loaded.program, kind).unwrap();

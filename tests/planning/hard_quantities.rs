@@ -1,7 +1,7 @@
 //! Quantities of models that are hard for a solver: rare events, long chains, ties, components with
 //! thousands of states, dozens of levels.
 
-use meliora::quantities::{Cost, Earned, Interval, Node};
+use meliora::quantities::{Cost, Earned, Exploration, Interval, Node};
 
 use crate::common::prelude::*;
 use crate::planning::loaded::Loaded;
@@ -15,11 +15,14 @@ fn paid(loaded: &Loaded, safety: Safety, levels: usize, exact: bool, costs: &dyn
     let analysis = loaded.analyse(safety, None);
     let starts = loaded.engine.list_states(&loaded.engine.initial_states(), 1).unwrap();
     let mut values = Values::new(ValueOptions { levels, exact, within: None });
-    values.explore(&analysis, &loaded.program, &starts, costs).unwrap();
+    let exploration = Exploration::new(values.options(), &analysis, &loaded.program, costs).unwrap();
+    exploration.run(&mut values, &starts).unwrap();
     values.solve(&*loaded.engine).unwrap();
     let start = values.start(&starts[0]).unwrap();
     (values, start)
 }
+
+const ROUNDED: ValueOptions = ValueOptions { levels: 1, exact: false, within: None };
 
 const TWO: &str = "objective A = F x=0; objective B = F x=1; prefer B > A;";
 
@@ -52,6 +55,23 @@ fn a_long_chain_is_solved_without_recursion() {
     let found = values.probability(start, 1).interval;
     let expected = 0.99999f64.powi(100_000);
     assert!((found.lower - expected).abs() < 1e-9 && found.width() < 1e-9, "{found:?}");
+}
+
+#[test]
+fn few_of_the_states_are_enough_near_the_goal() {
+    let model = "mdp module m x:[0..5000] init 9; [] x=2 -> 0.5:(x'=0) + 0.5:(x'=1);
+        [] x>2 -> 0.7:(x'=x-1) + 0.3:true; [] x>2 -> (x'=min(x+1,5000)); endmodule";
+    let loaded = Loaded::new(model, "objective A = F x=0; objective B = F x=1;");
+    let (analysis, mut values) = (loaded.analyse(Safety::Action, None), Values::new(ROUNDED));
+    let exploration = Exploration::new(ROUNDED, &analysis, &loaded.program, &Steps).unwrap();
+    for nodes in [12, 24, 48, 96] {
+        exploration.run_part(&mut values, &[vec![9]], nodes).unwrap();
+        values.solve(&*loaded.engine).unwrap();
+        assert!(nodes > 12 || !values.is_settled());
+    }
+    assert!(values.is_settled() && values.nodes() < 100);
+    let cost = values.cost(values.start(&[9]).unwrap(), 1).unwrap().interval;
+    assert!(cost.lower <= 11.0 && 11.0 <= cost.upper && cost.width() < 1e-9, "{cost:?}");
 }
 
 #[test]
@@ -150,7 +170,8 @@ fn climbs<E: Engine>(engine: &Arc<E>, program: &Program, preferences: &Arc<Prefe
     let analysis = finished(engine, preferences, Options { safety, ..Options::default() });
     let mut values = Values::new(ValueOptions { levels: RUNGS, exact: true, within: None });
     let bottom = vec![0; program.variables.len()];
-    values.explore(&analysis, program, std::slice::from_ref(&bottom), &Steps).unwrap();
+    let exploration = Exploration::new(values.options(), &analysis, program, &Steps).unwrap();
+    exploration.run(&mut values, std::slice::from_ref(&bottom)).unwrap();
     values.solve(engine.as_ref()).unwrap();
     let node = values.start(&bottom).unwrap();
     for k in [1, 62, 63, 64, 65, RUNGS] {

@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 
 use meliora::model::preference::ObjectiveSet;
-use meliora::quantities::{Interval, Node};
+use meliora::quantities::{Bounds, Exploration, Interval, Node};
 use num_rational::BigRational;
 use num_traits::{FromPrimitive, Signed};
 use proptest::prelude::*;
@@ -26,7 +26,7 @@ struct Check<'a, E: Engine> {
     states: Vec<State>,
 }
 
-pub(crate) fn exact(bounds: &meliora::quantities::Bounds) -> Ratio {
+pub(crate) fn exact(bounds: &Bounds) -> Ratio {
     bounds.exact.clone().unwrap()
 }
 
@@ -35,7 +35,8 @@ impl<'a, E: Engine> Check<'a, E> {
         let engine = analysis.engine();
         let states = engine.list_states(&engine.all_states(), usize::MAX).unwrap();
         let mut values = Values::new(ValueOptions { levels: LEVELS, exact, within: Some(4) });
-        values.explore(analysis, &world.program, &states, &Steps).unwrap();
+        let exploration = Exploration::new(values.options(), analysis, &world.program, &Steps).unwrap();
+        exploration.run(&mut values, &states).unwrap();
         values.solve(engine).unwrap();
         Check { world, analysis, values, states }
     }
@@ -250,8 +251,48 @@ pub(crate) fn chain(
 }
 
 fn holds(interval: Interval, value: &Ratio) -> bool {
-    let [lower, upper] = [interval.lower, interval.upper].map(|x| BigRational::from_f64(x).unwrap());
-    lower <= *value && *value <= upper && interval.width() <= 1e-9 * interval.upper.max(1.0)
+    contains(interval, value) && interval.width() <= 1e-9 * interval.upper.max(1.0)
+}
+
+fn contains(Interval { lower, upper }: Interval, value: &Ratio) -> bool {
+    BigRational::from_f64(lower).unwrap() <= *value
+        && BigRational::from_f64(upper).is_none_or(|upper| *value <= upper)
+}
+
+/// Bounds from each part of the states that a state reaches contain the values, and become narrow.
+fn parts<E: Engine>(right: &Check<'_, E>, state: &State) {
+    let (analysis, start) = (right.analysis, right.values.start(state).unwrap());
+    let options = ValueOptions { levels: LEVELS, exact: false, within: None };
+    let exploration = Exploration::new(options, analysis, &right.world.program, &Steps).unwrap();
+    let mut part = Values::new(options);
+    for nodes in 1.. {
+        exploration.run_part(&mut part, std::slice::from_ref(state), nodes).unwrap();
+        part.solve(analysis.engine()).unwrap();
+        let node = part.start(state).unwrap();
+        let is_bounded = |found: Bounds, value: Bounds| {
+            assert!(
+                contains(found.interval, &exact(&value)),
+                "{nodes} nodes, {state:?}: {found:?}, {value:?}"
+            );
+            found.interval.width() <= 1e-6 * found.interval.lower.max(1.0)
+        };
+        let mut narrow = is_bounded(part.number(node), right.values.number(start));
+        for k in 1..=LEVELS {
+            narrow &= is_bounded(part.probability(node, k), right.values.probability(start, k));
+            narrow &= part.cost(node, k).is_none_or(|c| is_bounded(c, right.values.cost(start, k).unwrap()));
+            let all = right.values.choices(start, k, Aim::Likely);
+            for own in part.choices(node, k, Aim::Likely) {
+                let other = all.iter().find(|other| other.position == own.position).unwrap();
+                narrow &= is_bounded(own.probability, other.probability.clone());
+                narrow &= own.cost.zip(other.cost.clone()).is_none_or(|(own, other)| is_bounded(own, other));
+            }
+        }
+        assert!(narrow || !part.is_settled(), "{nodes} nodes, {state:?}");
+        if part.is_settled() {
+            return;
+        }
+    }
+    unreachable!("all nodes are explored at last")
 }
 
 pub(crate) fn preferences(world: &World, empty: Empty) -> Preferences {
@@ -286,6 +327,7 @@ fn check<E: Engine>(engine: &Arc<E>, world: &World, empty: Empty) {
                 }
             }
         }
+        right.states.iter().take(3).for_each(|state| parts(&right, state));
         let Check { values, states, .. } = right;
         choosing::check(&analysis, world, &states, values, &format!("{safety}, {empty:?}"));
     }

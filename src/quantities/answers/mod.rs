@@ -2,7 +2,7 @@
 //!
 //! | module | contents |
 //! | --- | --- |
-//! | [`values`], [`state_values`], [`all_states`] | the results of an analysis: [`Values`](crate::Values), also as plain data |
+//! | [`exploration`], [`values`], [`state_values`], [`all_states`] | the results of an analysis: [`Values`](crate::Values), also as plain data |
 //! | [`choose`], `likely`, `ties` | strategies that attain the values |
 //! | [`by_goal`] | how likely the first improvement gains each objective |
 //! | [`optimal`] | strategies that attain the optimum of one operator |
@@ -18,6 +18,7 @@ pub mod all_states;
 pub mod by_goal;
 pub mod choose;
 pub mod confirmed;
+pub mod exploration;
 pub mod followed;
 pub(crate) mod likely;
 pub mod optimal;

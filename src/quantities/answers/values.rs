@@ -1,21 +1,20 @@
 //! The quantities of a finished analysis: probabilities, costs and expected numbers of improvements.
 
+use crate::answers::exploration::Exploration;
 use crate::answers::ties::{self, Solutions, Ties};
 use crate::equations::cost::Cost;
-use crate::equations::explore::Explorer;
-use crate::equations::facts::Facts;
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval};
 use crate::equations::places::{Place, Places};
 use crate::solvers::horizon::Horizon;
+use crate::solvers::part::{self, Missing};
 use crate::solvers::solved::Solved;
-use meliora_base::error::{Error, Result};
+use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
 use meliora_model::{Program, State};
-use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind};
 
 /// The options of [`Values`].
@@ -76,11 +75,13 @@ pub struct Values {
     pub(crate) graph: Graph,
     pub(crate) places: Places,
     /// The nodes of the states asked for.
-    starts: Vec<u32>,
+    pub(crate) starts: Vec<u32>,
     pub(crate) numbers: Numbers,
     horizon: Option<Horizon>,
     /// The choices that attain the values in the fewest steps, where they are known.
     ties: Option<Ties>,
+    /// What is missing of the values of the states asked for, after a part of the graph.
+    pub(crate) missing: Option<Missing>,
 }
 
 impl Values {
@@ -91,10 +92,19 @@ impl Values {
             false => Numbers::Rounded(Solved::new()),
         };
         let (graph, places) = (Graph::default(), Places::default());
-        Values { options, graph, places, starts: Vec::new(), numbers, horizon: None, ties: None }
+        Values {
+            options,
+            graph,
+            places,
+            starts: Vec::new(),
+            numbers,
+            horizon: None,
+            ties: None,
+            missing: None,
+        }
     }
 
-    /// Computes the quantities of some states of the scope. Cost: see [`Values::explore`] and
+    /// Computes the quantities of some states of the scope. Cost: see [`Exploration::run`] and
     /// [`Values::solve`].
     ///
     /// # Errors
@@ -107,7 +117,7 @@ impl Values {
         costs: &dyn Cost,
     ) -> Result<Self> {
         let mut values = Values::new(options);
-        values.explore(analysis, program, states, costs)?;
+        Exploration::new(options, analysis, program, costs)?.run(&mut values, states)?;
         values.solve(analysis.engine())?;
         Ok(values)
     }
@@ -123,79 +133,7 @@ impl Values {
         limit.min(analysis.levels(Kind::Spi).found.len())
     }
 
-    /// Finds the states that kept choices reach from some states of the scope; unsafe states are left
-    /// out. To be called once, before [`Values::solve`]. Cost: one evaluation of the commands, and some membership tests,
-    /// per state.
-    ///
-    /// # Errors
-    /// A limit is reached, a command or a cost has no meaning in some state, or the levels of the
-    /// analysis are not known.
-    pub fn explore<E: Engine>(
-        &mut self,
-        analysis: &Analysis<E>,
-        program: &Program,
-        starts: &[State],
-        costs: &dyn Cost,
-    ) -> Result<()> {
-        self.explore_from(analysis, program, costs, |explorer, _| {
-            let mut nodes = Vec::with_capacity(starts.len());
-            for start in starts {
-                nodes.extend(explorer.start(start)?);
-            }
-            Ok(nodes)
-        })
-    }
-
-    /// Does the same as [`Values::explore`] for all states of the analysis, which are those of the
-    /// scope that are not unsafe. Cost: one evaluation of the commands per state; membership tests only
-    /// for states in arenas that are not their own.
-    ///
-    /// # Errors
-    /// The errors of [`Values::explore`].
-    pub fn explore_everywhere<E: Engine>(
-        &mut self,
-        analysis: &Analysis<E>,
-        program: &Program,
-        costs: &dyn Cost,
-    ) -> Result<()> {
-        self.explore_from(analysis, program, costs, |explorer, facts| {
-            let mut nodes = Vec::new();
-            for (number, class) in (0..).zip(&facts.classes.list) {
-                for state in analysis.engine().list_states(&class.states, usize::MAX)? {
-                    nodes.push(explorer.start_in(number, &state)?);
-                }
-            }
-            Ok(nodes)
-        })
-    }
-
-    fn explore_from<E: Engine>(
-        &mut self,
-        analysis: &Analysis<E>,
-        program: &Program,
-        costs: &dyn Cost,
-        start: impl FnOnce(&mut Explorer<'_, '_>, &Facts<'_, E>) -> Result<Vec<u32>>,
-    ) -> Result<()> {
-        if let Some(known) = cut(analysis).filter(|&known| known < self.options.levels) {
-            let message =
-                format!("the analysis ended at level {known}; quantities need {}", self.options.levels);
-            return Err(Error::Usage(message));
-        }
-        let facts = Facts::new(analysis, program, self.options.levels)?;
-        let mut meter = Meter::settled(analysis.engine());
-        let (graph, places) = (&mut self.graph, &mut self.places);
-        let mut explorer = Explorer::new(&facts, costs, graph, places, &mut meter)?;
-        let starts = start(&mut explorer, &facts);
-        let end = starts.and_then(|starts| {
-            self.starts = starts;
-            explorer.run()
-        });
-        drop(explorer);
-        self.graph.finish();
-        end
-    }
-
-    /// Computes all quantities. The results before an error are kept.
+    /// Computes all quantities; after [`Exploration::run_part`], bounds of them. The results before an error are kept.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
         self.solve_with(&mut Meter::settled(engine))
     }
@@ -204,12 +142,31 @@ impl Values {
     fn solve_with(&mut self, meter: &mut Meter<'_>) -> Result<()> {
         meter.take(self.graph.bytes() + self.places.bytes())?;
         let (graph, levels) = (&self.graph, self.options.levels);
-        on!(&mut self.numbers, solved => solved.run(graph, levels, meter))?;
+        let end = on!(&mut self.numbers, solved => {
+            *solved = Solved::new();
+            solved.run(graph, levels, meter)
+        });
+        if let Numbers::Rounded(solved) = &mut self.numbers
+            && graph.frontier > 0
+        {
+            self.missing = Some(part::settle(solved, graph, &self.starts, end.is_ok(), meter)?);
+        }
+        end?;
         if let Some(steps) = self.options.within {
             let horizon = self.horizon.insert(Horizon::default());
             horizon.run(graph, levels, steps, &self.starts, meter)?;
         }
         Ok(())
+    }
+
+    /// Returns the number of states found, each in its arenas.
+    pub fn nodes(&self) -> usize {
+        self.graph.nodes()
+    }
+
+    /// Returns whether the values of the states asked for are known: all states that they reach were explored, or enough.
+    pub fn is_settled(&self) -> bool {
+        self.graph.frontier == 0 || self.missing.as_ref().is_some_and(|missing| missing.is_narrow)
     }
 
     /// Decides ties between choices that attain P_k or C_k by the least expected number of steps until the
@@ -297,6 +254,7 @@ impl Values {
             return Bounds::point(1);
         }
         let known = on!(&self.numbers, solved => solved.probability(node.0, index));
+        let known = known.filter(|_| !self.graph.is_frontier(node.0));
         known.map_or_else(|| Bounds::any(1.0), Bounds::at_most_one)
     }
 
@@ -317,6 +275,7 @@ impl Values {
             return self.probability(node, 1);
         }
         let known = on!(&self.numbers, solved => solved.number(node.0));
+        let known = known.filter(|_| !self.graph.is_frontier(node.0));
         known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
     }
 
@@ -414,13 +373,4 @@ impl Values {
         }
         Some((Node(node), left))
     }
-}
-
-/// Returns the level at which an analysis was cut, if it was: nothing is known beyond it.
-fn cut<E: Engine>(analysis: &Analysis<E>) -> Option<usize> {
-    let cut = |&kind: &Kind| {
-        let levels = analysis.levels(kind);
-        matches!(levels.end, Some(End::Cut)).then_some(levels.found.len())
-    };
-    Kind::ALL.iter().filter_map(cut).min()
 }

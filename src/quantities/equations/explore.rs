@@ -4,6 +4,8 @@
 //! States from which no improvement is possible have the values 0; they are not explored further. Nodes are numbered in
 //! the order in which they are found: a breadth-first search.
 
+use std::collections::VecDeque;
+
 use bitvec::vec::BitVec;
 use num_traits::{One, Zero};
 
@@ -37,7 +39,7 @@ pub(crate) struct Explorer<'a, 'm> {
 }
 
 impl<'a, 'm> Explorer<'a, 'm> {
-    /// Starts to explore a graph.
+    /// Starts to explore a graph, or continues.
     ///
     /// # Errors
     /// The states need more than 2048 bits; a limit is reached.
@@ -49,9 +51,11 @@ impl<'a, 'm> Explorer<'a, 'm> {
         meter: &'a mut Meter<'m>,
     ) -> Result<Self> {
         let codec = Codec::new(facts.program())?;
-        *places = Places::new(codec.clone(), facts.arenas() as u32);
+        if graph.nodes() == 0 {
+            *places = Places::new(codec.clone(), facts.arenas() as u32);
+            graph.theirs = facts.is_game().then(BitVec::new);
+        }
         let cost = costs.constant().map(|cost| graph.fraction(cost));
-        graph.theirs = facts.is_game().then(BitVec::new);
         Ok(Explorer {
             facts,
             in_arenas: (0..facts.arenas()).map(|_| None).collect(),
@@ -119,23 +123,47 @@ impl<'a, 'm> Explorer<'a, 'm> {
         let walker = Walker::new(self.facts.program(), self.facts.sink())?;
         let (mut walk, mut steps, mut next) = (walker.walk(), Steps::default(), 0);
         while next < self.graph.nodes() {
-            let nodes = self.graph.nodes();
-            self.meter.step()?;
-            self.meter.progress_at(next, &|| format!("{nodes} states"));
-            let node = next as u32;
+            if self.graph.is_unexplored(next as u32) {
+                self.expand(next as u32, &mut *walk, &mut steps)?;
+            }
             next += 1;
-            if self.graph.rank(node).positive == 0 {
-                continue;
-            }
-            let (code, arena) = (self.places.code(node), self.places.arena(node));
-            self.graph.begin(node, self.meter)?;
-            match self.graph.is_junction(node) {
-                true => self.junction(node, arena, &code)?,
-                false => self.choices(node, arena, &code, &mut *walk, &mut steps)?,
-            }
-            self.graph.end(node, self.meter)?;
         }
         Ok(())
+    }
+
+    /// Explores more nodes of a part of a graph, those that are nearest to some nodes, until the part has that many.
+    ///
+    /// # Errors
+    /// The errors of [`Explorer::run`].
+    pub(crate) fn extend(&mut self, from: &[u32], most: usize) -> Result<()> {
+        let walker = Walker::new(self.facts.program(), self.facts.sink())?;
+        let (mut walk, mut steps) = (walker.walk(), Steps::default());
+        let (mut queue, mut seen) = (VecDeque::from(from.to_vec()), BitVec::<usize>::new());
+        while self.graph.nodes() < most
+            && let Some(node) = queue.pop_front()
+        {
+            if self.graph.is_frontier(node) {
+                self.expand(node, &mut *walk, &mut steps)?;
+            }
+            seen.resize(self.graph.nodes(), false);
+            let ends = self.graph.edges_of(node).map(|at| self.graph.edge(at).to);
+            queue.extend(ends.filter(|&to| to != LOST && !seen.replace(to as usize, true)));
+        }
+        Ok(())
+    }
+
+    /// Adds the choices of a node.
+    fn expand(&mut self, node: u32, walk: &mut dyn Walk, steps: &mut Steps) -> Result<()> {
+        let nodes = self.graph.nodes();
+        self.meter.step()?;
+        self.meter.progress_at(node as usize, &|| format!("{nodes} states"));
+        let (code, arena) = (self.places.code(node), self.places.arena(node));
+        self.graph.begin(node, self.meter)?;
+        match self.graph.is_junction(node) {
+            true => self.junction(node, arena, &code)?,
+            false => self.choices(node, arena, &code, walk, steps)?,
+        }
+        self.graph.end(node, self.meter)
     }
 
     /// Adds the choices after an improving step: to count it, or to go on in the old arena.

@@ -11,6 +11,8 @@ use num_traits::{One, Zero};
 use super::choices::Choices;
 use super::narrow::Narrow;
 
+/// The number that stands for a missing node, choice, row or position.
+pub(crate) const NONE: u32 = u32::MAX;
 /// The target of an edge that is lost: it weakens, so the path has failed.
 pub(crate) const LOST: u32 = u32::MAX;
 
@@ -84,6 +86,9 @@ pub(crate) fn opposite(optimum: Optimum) -> Optimum {
 pub struct GameGraph {
     /// The choices of the states, and their successors.
     pub(crate) choices: Choices,
+    /// The row of each state among [`GameGraph::choices`], or [`NONE`] of one without choices, if the rows are not in the
+    /// order of the states.
+    pub(crate) row_of: Option<Vec<u32>>,
     /// The weight of each edge; see [`Edge`].
     pub(crate) weights: Narrow,
     pub(crate) fractions: Fractions,
@@ -94,7 +99,7 @@ pub struct GameGraph {
 impl GameGraph {
     /// Returns the number of states.
     pub fn states(&self) -> usize {
-        self.choices.first.len() - 1
+        self.row_of.as_ref().map_or(self.choices.first.len() - 1, Vec::len)
     }
 
     /// Adds an edge to the choice that is being built.
@@ -129,7 +134,10 @@ impl GameGraph {
 
     /// Returns the choices of a node.
     pub(crate) fn choices(&self, node: u32) -> Range<u32> {
-        self.choices.first[node as usize]..self.choices.first[node as usize + 1]
+        match self.row_of.as_ref().map_or(node, |rows| rows[node as usize]) {
+            NONE => 0..0,
+            row => self.choices.first[row as usize]..self.choices.first[row as usize + 1],
+        }
     }
 
     /// Returns the edges of a choice.

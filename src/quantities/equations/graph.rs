@@ -4,14 +4,13 @@ use std::ops::{Deref, DerefMut};
 
 use ahash::AHashMap;
 
+pub(crate) use crate::equations::game_graph::NONE;
 use crate::equations::game_graph::{Edge, GameGraph};
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 
-/// The number that stands for a missing node, choice or position.
-pub(crate) const NONE: u32 = u32::MAX;
 /// The rank of a node that is in every level.
 pub(crate) const EVERY: u32 = u32::MAX;
 
@@ -43,6 +42,10 @@ pub(crate) struct Graph {
     kind_numbers: AHashMap<Kind, u32>,
     /// The number of the kind of the last node.
     last: u32,
+    /// In a part of a graph, the number of nodes of the [frontier](Graph::is_frontier).
+    pub(crate) frontier: usize,
+    /// In a part of a graph, the greatest number of improvements of each kind, by its number among the fractions.
+    most: Vec<u32>,
     /// The nodes with their choices and owners, as far as these have begun; the fractions are those of costs, too.
     pub(crate) game: GameGraph,
     /// The cost of each choice, by its number in [`GameGraph::fractions`].
@@ -77,6 +80,10 @@ impl Graph {
         let node = meter.number(self.nodes())?;
         let kind = self.kind(Kind { rank, junction });
         self.kind_of.push(kind);
+        if let Some(rows) = &mut self.row_of {
+            rows.push(NONE);
+            self.frontier += usize::from(rank.positive > 0);
+        }
         Ok(node)
     }
 
@@ -95,12 +102,37 @@ impl Graph {
 
     /// Returns the bytes of a node.
     fn bytes_of_node(&self) -> usize {
-        4 + self.kind_of.width()
+        let row = if self.row_of.is_some() { 4 } else { 0 };
+        4 + row + self.kind_of.width()
     }
 
     /// Returns the rank of a node.
     pub(crate) fn rank(&self, node: u32) -> Rank {
         self.kinds[self.kind_of.get(node as usize) as usize].rank
+    }
+
+    /// Returns whether a node of a part of a graph that may improve is not explored yet.
+    pub(crate) fn is_frontier(&self, node: u32) -> bool {
+        self.row_of.is_some() && self.is_unexplored(node)
+    }
+
+    /// Returns whether a node may improve and has no choices yet; in a whole graph, those are added in the order of nodes.
+    pub(crate) fn is_unexplored(&self, node: u32) -> bool {
+        self.row_of.as_ref().is_none_or(|rows| rows[node as usize] == NONE) && self.rank(node).positive > 0
+    }
+
+    /// Notes the greatest numbers of improvements of all kinds.
+    fn note_improvements(&mut self) {
+        let positive = self.kinds.iter().map(|kind| kind.rank.positive);
+        let counts: Vec<u32> = positive.map(|k| if k == EVERY { 0 } else { k }).collect();
+        self.most =
+            counts.into_iter().map(|count| self.fraction(Ratio::from_integer(count.into()))).collect();
+    }
+
+    /// Returns the greatest number of improvements of an unexplored node, by its number among the fractions; meaningless if
+    /// there is none.
+    pub(crate) fn most_improvements(&self, node: u32) -> u32 {
+        self.most[self.kind_of.get(node as usize) as usize]
     }
 
     /// Returns whether some node may have such a rank. Cost: linear in the number of different ranks.
@@ -121,15 +153,21 @@ impl Graph {
         }
     }
 
-    /// Begins the choices of a node, after those of all nodes before it. They are added one after the other until
+    /// Begins the choices of a node, after those of all nodes before it unless this is a part of a graph. They are added one after the other until
     /// [`Graph::end`].
     ///
     /// # Errors
     /// There are too many edges.
     pub(crate) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
         meter.number(self.choices.to.len())?;
-        let choices = self.costs.len() as u32;
-        self.choices.first.resize(node as usize + 1, choices);
+        let (choices, row) = (self.costs.len() as u32, self.choices.first.len() as u32 - 1);
+        match &mut self.row_of {
+            Some(rows) => {
+                rows[node as usize] = row;
+                self.frontier -= 1;
+            }
+            None => self.choices.first.resize(node as usize + 1, choices),
+        }
         Ok(())
     }
 
@@ -157,11 +195,14 @@ impl Graph {
         let choices = self.costs.len() as u32;
         self.choices.first.push(choices);
         let edges = self.edges_of(node).len() * (4 + self.weights.width());
-        meter.take(edges + self.choices.of(node).len() * self.bytes_of_choice())
+        meter.take(edges + self.game.choices(node).len() * self.bytes_of_choice())
     }
 
-    /// Ends the graph: the nodes whose choices have not begun have none.
+    /// Ends the graph, or a part of it: the nodes whose choices have not begun have none.
     pub(crate) fn finish(&mut self) {
+        if self.row_of.is_some() {
+            return self.note_improvements();
+        }
         let (nodes, choices) = (self.nodes(), self.costs.len() as u32);
         self.choices.first.resize(nodes + 1, choices);
         if let Some(theirs) = &mut self.theirs {

@@ -91,6 +91,14 @@ impl<N: Number> Solution<N> {
         self.known[place] = known;
     }
 
+    /// Replaces the known values.
+    pub(crate) fn revise(&mut self, mut revised: impl FnMut(u32, &N) -> N) {
+        let Solution { open, values, known, .. } = self;
+        for (place, node) in open.iter().enumerate().filter(|(place, _)| known[*place]) {
+            values[place] = revised(node, &values[place]);
+        }
+    }
+
     /// Returns the choice that attains the value of a node, or [`NONE`].
     pub(crate) fn pick(&self, node: u32) -> u32 {
         self.open.place(node).map_or(NONE, |place| self.picks[place])
@@ -142,8 +150,17 @@ impl Members {
         last.map_or(0, |(word, before)| (before + word.count_ones()) as usize)
     }
 
+    /// Returns the members in their order.
+    fn iter(&self) -> impl Iterator<Item = u32> {
+        let of_word = |(at, &word): (usize, &u64)| {
+            (0..64).filter(move |bit| word >> bit & 1 == 1).map(move |bit| 64 * at as u32 + bit)
+        };
+        self.words.iter().enumerate().flat_map(of_word)
+    }
+
     fn place(&self, node: u32) -> Option<usize> {
-        let (word, bit) = (self.words[node as usize / 64], 1 << (node % 64));
+        // Nodes may be added after the list.
+        let (word, bit) = (*self.words.get(node as usize / 64)?, 1 << (node % 64));
         let inside = self.before[node as usize / 64] + (word & (bit - 1)).count_ones();
         (word & bit != 0).then_some(inside as usize)
     }
@@ -162,5 +179,6 @@ mod tests {
         for node in 0..200 {
             assert_eq!(members.place(node), list.iter().position(|&member| member == node));
         }
+        assert_eq!(members.iter().collect::<Vec<_>>(), list);
     }
 }

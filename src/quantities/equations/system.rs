@@ -53,6 +53,25 @@ impl Quantity {
         }
     }
 
+    /// Returns the quantity that counts after an edge.
+    pub(crate) fn after(self, edge: Edge) -> Self {
+        let less = u32::from(edge.counts());
+        match self {
+            Quantity::Probability(k) => Quantity::Probability(k - less),
+            Quantity::Cost(k) => Quantity::Cost(k - less),
+            other => other,
+        }
+    }
+
+    /// Returns whether the value of a node follows from its rank, or there is none.
+    pub(crate) fn follows_from(self, rank: Rank) -> bool {
+        match self {
+            Quantity::Probability(k) => rank.positive < k || rank.sure >= k,
+            Quantity::Cost(k) => k == 0 || rank.sure < k,
+            _ => rank.positive == 0,
+        }
+    }
+
     /// Returns whether this is a probability: at most 1.
     pub(crate) fn is_probability(self) -> bool {
         matches!(self, Quantity::Probability(_))
@@ -145,6 +164,8 @@ pub(crate) struct System<'a, N> {
     pub(crate) fixed: Option<&'a Fixed>,
     /// The choices of open nodes that may be taken, once they are found.
     pub(crate) found: Option<&'a BitVec>,
+    /// The nodes that alone have equations, if not all.
+    pub(crate) scope: Option<&'a BitVec>,
     pub(crate) one: N,
 }
 
@@ -181,6 +202,7 @@ impl<'a, N: Number> System<'a, N> {
             candidates: None,
             fixed: None,
             found: None,
+            scope: None,
             one: N::one(),
         }
     }
@@ -200,7 +222,7 @@ impl<'a, N: Number> System<'a, N> {
             None => Gains { numbers: None, exact: &[], values: &[] },
         };
         let (domain, below, closed) = (Domain::Sets(sets), None, None);
-        let (only, candidates, fixed, found, one) = (None, None, None, None, N::one());
+        let (only, candidates, fixed, found, scope, one) = (None, None, None, None, None, N::one());
         System {
             game,
             quantity,
@@ -214,6 +236,7 @@ impl<'a, N: Number> System<'a, N> {
             candidates,
             fixed,
             found,
+            scope,
             one,
         }
     }
@@ -259,14 +282,19 @@ impl<'a, N: Number> System<'a, N> {
     pub(crate) fn is_open(&self, node: u32) -> bool {
         match self.domain {
             Domain::Sets(sets) => sets.open[node as usize],
-            Domain::Ranks(graph) => self.opens(graph.rank(node)),
+            Domain::Ranks(graph) => self.opens(graph.rank(node)) && self.has(graph, node),
         }
+    }
+
+    /// Returns whether the equation of a node is known and in the scope.
+    fn has(&self, graph: &Graph, node: u32) -> bool {
+        !graph.is_frontier(node) && self.scope.is_none_or(|scope| scope[node as usize])
     }
 
     /// Returns whether nodes of a rank have equations.
     fn opens(&self, rank: Rank) -> bool {
         match self.quantity {
-            Quantity::Probability(k) => rank.positive >= k && rank.sure < k,
+            Quantity::Probability(_) => !self.quantity.follows_from(rank),
             Quantity::Number => rank.positive > u32::from(self.closed.is_some()),
             Quantity::Cost(k) => rank.sure >= k,
             Quantity::Reward => rank.sure > 0,
@@ -311,6 +339,11 @@ impl<'a, N: Number> System<'a, N> {
         if edge.to == LOST {
             return End::Known(None);
         }
+        if let Domain::Ranks(graph) = self.domain
+            && graph.is_frontier(edge.to)
+        {
+            return End::Known(self.hoped(graph, edge));
+        }
         if edge.counts() && self.quantity != Quantity::Number {
             return End::Known(match (self.below, self.quantity) {
                 (Some(below), _) => below.get(edge.to),
@@ -325,6 +358,18 @@ impl<'a, N: Number> System<'a, N> {
         match solution.get(edge.to) {
             Some(value) => End::Known(Some(value)),
             None => End::Open(edge.to),
+        }
+    }
+
+    /// Returns the best value that the rank of an unexplored node allows.
+    fn hoped(&self, graph: &Graph, edge: Edge) -> Option<&N> {
+        let positive = graph.rank(edge.to).positive;
+        match self.quantity {
+            Quantity::Probability(k) => {
+                (positive.saturating_add(u32::from(edge.counts())) >= k).then_some(&self.one)
+            }
+            Quantity::Number => self.fractions.get(graph.most_improvements(edge.to) as usize),
+            Quantity::Cost(_) | Quantity::Reward | Quantity::Steps(_) => None,
         }
     }
 
@@ -390,7 +435,11 @@ impl<'a, N: Number> System<'a, N> {
                     Quantity::Probability(k) => Rest::ones(of_rank(&|rank| rank.sure >= k)),
                     Quantity::Number | Quantity::Steps(_) => Rest::ones(Members::none(nodes)),
                 };
-                Solution::new(of_rank(&|rank| self.opens(rank)), rest, meter)
+                let open = match graph.has_rank(|rank| self.opens(rank)) {
+                    true => Members::new(nodes, |node| self.is_open(node)),
+                    false => Members::none(nodes),
+                };
+                Solution::new(open, rest, meter)
             }
         }
     }

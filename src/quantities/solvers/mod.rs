@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `solve`, `solved` | the equations of each quantity and level, solved component by component |
 //! | `components`, `groups` | strongly connected components, and the end components in them |
+//! | `part` | bounds from a part of the graph |
 //! | `turns` | the two methods for a component, with budgets that double, and fractions |
 //! | `rows` | the equations of a component, in doubles that are rounded outwards or in fractions |
 //! | `iterate` | optimistic value iteration |
@@ -32,6 +33,7 @@ pub(crate) mod iterate;
 pub(crate) mod long_run;
 pub(crate) mod outer;
 pub(crate) mod pairs;
+pub(crate) mod part;
 pub(crate) mod policies;
 pub(crate) mod reaching;
 pub(crate) mod rows;

@@ -2,7 +2,7 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::game_graph::{Extremes, LOST};
+use crate::equations::game_graph::{Edge, Extremes, LOST};
 use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
 use crate::equations::number::{Bounds, Interval, Number};
@@ -123,6 +123,13 @@ impl<N: Number> Solved<N> {
         choice: u32,
         index: usize,
     ) -> Option<Bounds> {
+        let is_unknown = |edge: Edge| {
+            let follows = || quantity.after(edge).follows_from(graph.rank(edge.to));
+            edge.to != LOST && graph.is_frontier(edge.to) && !follows()
+        };
+        if graph.edges(choice).any(is_unknown) {
+            return None;
+        }
         let below = index.checked_sub(1).and_then(|below| solutions.get(below));
         let system = System::new(graph, quantity, below, &self.fractions);
         system.value(choice, solutions.get(index)?).as_ref().map(Bounds::of)
