@@ -6,7 +6,7 @@ form:
 
 # Lints, and the documentation, without warnings.
 lint:
-    cargo clippy --all-targets --locked -- -D warnings
+    cargo clippy --workspace --all-targets --locked -- -D warnings
     RUSTDOCFLAGS='-D warnings' cargo doc --no-deps --locked
 
 # The library without the command, as other programs embed it.
@@ -26,9 +26,9 @@ test:
 long:
     MELIORA_TESTS=long cargo test --locked
 
-# The benches; `cargo bench --bench engines -- fleet` runs some.
+# The benches; `cargo bench -p meliora-benches --bench engines -- fleet` runs some.
 bench:
-    cargo bench
+    cargo bench -p meliora-benches
 
 # Archives and wheels of this machine, in `target/dist`.
 release:

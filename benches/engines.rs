@@ -1,6 +1,6 @@
 //! The phases of the main job under each engine: building, reachability, outcomes, levels.
 //!
-//! `cargo bench --bench engines -- fleet` measures one family; throughput is in states.
+//! `cargo bench -p meliora-benches --bench engines -- fleet` measures one family; throughput is in states.
 
 mod common;
 

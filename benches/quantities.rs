@@ -1,6 +1,6 @@
 //! The quantities of a finished analysis: exploration and equations, for all states.
 //!
-//! `cargo bench --bench quantities -- solve` measures the equations alone; throughput is in states.
+//! `cargo bench -p meliora-benches --bench quantities -- solve` measures the equations alone; throughput is in states.
 
 mod common;
 

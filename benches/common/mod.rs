@@ -88,7 +88,7 @@ impl Case {
 
 /// All cases.
 pub fn cases() -> Vec<Case> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../models");
     let read = |name: &str, end: &str| std::fs::read_to_string(folder.join(format!("{name}.{end}"))).unwrap();
     let family = |&(name, constants, scope): &(&str, &str, Scope)| {
         let (model, preferences) = (read(name, "prism"), read(name, "pref"));

@@ -72,8 +72,7 @@ fn maximise(tableau: &mut [Vec<Ratio>], columns: usize) -> Vec<usize> {
         let divisor = tableau[leave][enter].clone();
         tableau[leave].iter_mut().for_each(|x| *x /= &divisor);
         let row = tableau[leave].clone();
-        for (at, other) in tableau.iter_mut().enumerate().filter(|(at, _)| *at != leave) {
-            debug_assert!(at <= rows);
+        for (_, other) in tableau.iter_mut().enumerate().filter(|(at, _)| *at != leave) {
             let factor = other[enter].clone();
             if !factor.is_zero() {
                 other.iter_mut().zip(&row).for_each(|(x, y)| *x -= &factor * y);

@@ -51,7 +51,7 @@ fn read(mut escaped: &str) -> Option<String> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2000))]
+    #![proptest_config(meliora_amount::random(2000))]
 
     #[test]
     fn texts_end_no_element_and_no_attribute(text in text()) {

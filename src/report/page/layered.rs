@@ -309,7 +309,7 @@ mod tests {
 
     #[test]
     fn what_is_too_large_is_not_drawn() {
-        let (count, chain) = (200, 100);
+        let (count, chain) = (100, 50);
         let mut arcs: Vec<(usize, usize)> = (1..chain).map(|low| (low - 1, low)).collect();
         arcs.extend((chain..count).map(|high| (high, chain - 1)));
         let rows = (0..count).map(|node| if node < chain { node } else { 0 }).collect();

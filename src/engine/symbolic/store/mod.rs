@@ -30,7 +30,7 @@ use diagram::{Bdd, Diagram, ManagerOf};
 use meliora_base::error::{Limit, Result};
 use meliora_base::progress::Poll;
 use meliora_base::progress::ProgressSink;
-use tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, manager};
+use tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
 use thresholds::{Thresholds, Work};
 
 /// Bytes of stack per bit of a state that a recursion needs, with the recursions of OxiDD inside
@@ -83,7 +83,8 @@ impl Store {
     /// The memory of the settings is too small for an empty table, or the system does not grant the
     /// memory or the threads.
     pub(in crate::symbolic) fn new(width: usize, settings: &Settings) -> Result<Self> {
-        Store::sized(width, settings, settings.thresholds.cache)
+        let entries = settings.thresholds.cache.min(cache_for_bits(width));
+        Store::sized(width, settings, entries)
     }
 
     /// Creates a store whose operation cache has `entries` entries, or fewer if the memory is

@@ -28,6 +28,9 @@ const CACHE_PER_NODE: u64 = 400;
 /// Maximum number of entries of the operation cache; more bring no gain.
 const LARGEST_CACHE: u64 = 1 << 23;
 
+/// Entries of the operation cache per valuation of the bits of a state, if these are few.
+const CACHE_PER_VALUATION: u64 = 64;
+
 /// Creates a manager for `nodes` nodes, if the system grants its memory and a thread.
 ///
 /// OxiDD assumes both: without the memory it aborts the process; without the thread, which has a
@@ -102,6 +105,12 @@ fn table_size(nodes: u64) -> u64 {
 /// Returns the number of entries of the operation cache that suits a set of states with a number of nodes.
 pub(in crate::symbolic) fn cache_for_nodes(states: usize) -> u64 {
     (states as u64).saturating_mul(CACHE_PER_NODE).clamp(1, LARGEST_CACHE).next_power_of_two()
+}
+
+/// Returns the number of entries of the operation cache that suits states of `width` bits. With more, a small model would
+/// spend most of its time on the cache, because all of its memory is written first.
+pub(in crate::symbolic) fn cache_for_bits(width: usize) -> u64 {
+    CACHE_PER_VALUATION << width.min(32)
 }
 
 /// Returns the largest power of two that is at most `wanted` and fits into an eighth of the memory;
