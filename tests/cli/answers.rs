@@ -2,14 +2,10 @@
 
 use crate::cli::common::{Scratch, run};
 
-const TWO: &str = "mdp
-module m
- s:[0..3] init 0;
+const TWO: &str = "mdp module m s:[0..3] init 0;
  [a] s=0 -> 0.5:(s'=1)+0.5:(s'=2);
  [b] s=0 -> 0.25:(s'=1)+0.75:(s'=3);
- [c] s=1 -> (s'=0);
- [d] s>=2 -> (s'=0);
-endmodule
+ [c] s=1 -> (s'=0); [d] s>=2 -> (s'=0); endmodule
 rewards \"c\" s=1 : 3; [a] true : 1; endrewards";
 
 /// Each part of the conjunction has a monitor of its own, and only one monitor was expected.
@@ -30,15 +26,11 @@ fn rewards_until_a_conjunction_are_those_until_its_last_part() {
 
 #[test]
 fn states_with_a_long_run_average_of_zero_are_not_printed() {
-    let text = "dtmc
-module m
- s:[0..4] init 0;
+    let text = "dtmc module m s:[0..4] init 0;
  [] s=0 -> 1/5:(s'=1) + 3/10:(s'=2) + 1/2:(s'=0);
  [] s=1 -> 1/3:(s'=0) + 2/3:(s'=2);
  [] s=2 -> 1/7:(s'=1) + 6/7:(s'=3);
- [] s=3 -> (s'=3);
- [] s=4 -> (s'=4);
-endmodule";
+ [] s>2 -> true; endmodule";
     let scratch = Scratch::new(&[("m.prism", text)]);
     let report = scratch.run("reach m.prism --property 'filter(print, S=? [ s=4 ])' --json").expect(0).json();
     assert_eq!(report.to_string().matches("\"state\"").count(), 0, "{report}");
@@ -47,13 +39,8 @@ endmodule";
 /// The state was said to have one guaranteed improvement, and its only action to have none.
 #[test]
 fn a_choice_by_values_says_that_guarantees_under_transition_need_luck() {
-    let text = "mdp
-module m
- s:[0..3] init 0;
- [a] s=0 -> 1/2:(s'=1)+1/2:(s'=2);
- [b] s=0 -> (s'=3);
- [w] s>0 -> true;
-endmodule";
+    let text = "mdp module m s:[0..3] init 0;
+        [a] s=0 -> 1/2:(s'=1)+1/2:(s'=2); [b] s=0 -> (s'=3); [w] s>0 -> true; endmodule";
     let wishes = "objective Low = F (s=1 | s=3); objective High = F s=1; prefer High > Low;";
     let scratch = Scratch::new(&[("m.prism", text), ("m.pref", wishes)]);
     let [model, wishes] = ["m.prism", "m.pref"].map(|name| scratch.show(name));

@@ -238,3 +238,16 @@ fn combinations_without_a_meaning_are_refused_by_name() {
         assert!(stderr.contains(message), "{options}: {stderr}");
     }
 }
+
+/// The values of the start need few of the states.
+#[test]
+fn values_of_a_large_model_are_found_near_the_start() {
+    let model = "mdp module m x:[0..80000] init 9; [] x=2 -> 0.5:(x'=0) + 0.5:(x'=1);
+        [] x>2 -> 0.7:(x'=x-1) + 0.3:true; [] x>2 -> (x'=min(x+1,80000)); endmodule";
+    let wishes = "objective A = F x=0; objective B = F x=1;";
+    let scratch = Scratch::new(&[("m.prism", model), ("m.pref", wishes)]);
+    let found = scratch.run("values m.prism m.pref --json").expect(0).json()["states"][0].clone();
+    assert!(is(&found["levels"][0]["cost"], 11.0) && is(&found["number"], 1.0), "{found}");
+    let actions = found["levels"][0]["actions"].as_array().unwrap();
+    assert!(is(&actions[0]["cost"], 11.0) && actions.len() == 2, "{found}");
+}

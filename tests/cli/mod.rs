@@ -14,7 +14,7 @@ mod boxes;
 mod browser;
 mod choose;
 pub(crate) mod common;
-mod direction;
+pub(crate) mod direction;
 mod dump_files;
 mod dumps;
 mod exact;

@@ -92,11 +92,8 @@ fn the_text_says_the_value() {
 }
 
 /// A model whose ranges have 2^24 valuations, 21 of which are reachable.
-const SPARSE: &str = "mdp
-module m
-  x : [0..4095]; y : [0..4095];
-  [go] x<20 -> 0.9: (x'=x+1) & (y'=4095) + 0.1: (x'=0) & (y'=0);
-endmodule";
+const SPARSE: &str = "mdp module m x : [0..4095]; y : [0..4095];
+  [go] x<20 -> 0.9: (x'=x+1) & (y'=4095) + 0.1: (x'=0) & (y'=0); endmodule";
 
 #[test]
 fn numbers_are_found_by_the_explicit_engine_if_it_stores_the_states_in_few_bytes() {
@@ -128,13 +125,8 @@ fn an_expected_cost_beyond_the_doubles_has_the_greatest_double_as_its_lower_boun
 /// A model with as many states as its constant says, up to a factor of 9.
 const SCRAMBLE: &str = "models/scramble.prism --const cells=1013";
 /// A model of 32,768 states with few nodes.
-const COUNTERS: &str = "mdp
-module m
-  x : [0..127]; y : [0..127]; z : [0..127];
-  [x] x<127 -> (x'=x+1);
-  [y] y<127 -> (y'=y+1);
-  [z] z<127 -> 0.5: (z'=z+1) + 0.5: true;
-endmodule";
+const COUNTERS: &str = "mdp module m x : [0..127]; y : [0..127]; z : [0..127];
+  [x] x<127 -> (x'=x+1); [y] y<127 -> (y'=y+1); [z] z<127 -> 0.5: (z'=z+1) + 0.5: true; endmodule";
 
 #[test]
 fn states_that_share_no_nodes_are_stored_one_by_one() {
@@ -159,13 +151,8 @@ fn states_that_share_no_nodes_are_stored_one_by_one() {
 /// Sums of a number of steps and averages have a meaning for rewards of either sign; sums without an end may have none.
 #[test]
 fn negative_rewards_count_in_sums_of_steps_and_in_averages() {
-    let text = "mdp
-        module m
-          s : [0..3];
-          [a] s<3 -> 1/2 : (s'=s+1) + 1/2 : true;
-          [b] s<3 -> (s'=3);
-          [stay] s=3 -> true;
-        endmodule
+    let text = "mdp module m s : [0..3];
+        [a] s<3 -> 1/2 : (s'=s+1) + 1/2 : true; [b] s<3 -> (s'=3); [stay] s=3 -> true; endmodule
         rewards \"gain\" [a] true : -1; [b] true : -3; s=3 : 1; s=0 : -1/4; endrewards";
     // By hand: of four steps, `b` and three steps in 3 are best, and three steps of `a` before `b` are worst.
     for (property, value) in [

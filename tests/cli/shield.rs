@@ -4,20 +4,13 @@ use meliora::export::read_shield;
 
 use crate::cli::common::Scratch;
 
-const WORLD: &str = "mdp
-module world
-  s : [0..3] init 0;
+const WORLD: &str = "mdp module world s : [0..3] init 0;
   [safe] s=0 -> 0.9:(s'=1) + 0.1:(s'=3);
   [mid] s=0 -> 0.8:(s'=1) + 0.2:(s'=3);
   [bad] s=0 -> 0.5:(s'=1) + 0.5:(s'=3);
-  [go] s=1 -> (s'=2);
-  [go] s=1 -> 0.1:(s'=2) + 0.9:(s'=3);
-  [back] s=2 -> (s'=0);
-  [stay] s=2 -> true;
-  [end] s=3 -> true;
-endmodule
-label \"crash\" = s=3;
-";
+  [go] s=1 -> (s'=2); [go] s=1 -> 0.1:(s'=2) + 0.9:(s'=3);
+  [back] s=2 -> (s'=0); [stay] s=2 -> true; [end] s=3 -> true; endmodule
+label \"crash\" = s=3;";
 
 /// Returns the names of the permitted actions in the initial state.
 fn permitted(scratch: &Scratch, options: &str) -> Vec<String> {

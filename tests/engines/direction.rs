@@ -6,19 +6,10 @@ use meliora::engine::{Guided, RacedQuestion, Racer, Selection};
 use meliora::error::Result;
 use proptest::prelude::*;
 
+use crate::cli::direction::register;
 use crate::common::prelude::*;
 use crate::engines::explicit::numbers;
 use crate::engines::selection::program;
-
-/// A shift register of 31 flags that takes 2^31 - 1 steps to return to its first state, and can be left at any time.
-fn register() -> String {
-    let flag = |i: usize| format!("b{i} : bool init {};", i == 0);
-    let shift = |i: usize| format!(" & (b{i}'=b{})", i - 1);
-    let (flags, shifts) = ((0..31).map(flag).collect::<String>(), (1..31).map(shift).collect::<String>());
-    format!(
-        "mdp module m done : bool; {flags} [] !done -> (b0'=(b30!=b2)){shifts}; [] !done -> (done'=true); endmodule"
-    )
-}
 
 fn settings(work_before_diagrams: u64, first_turn: u64) -> Settings {
     let thresholds = Thresholds { work_before_diagrams, first_turn, ..Thresholds::default() };
