@@ -17,6 +17,7 @@
 //! | a choice | 4 for its row of successors |
 //! | a transition | 4 for the successor |
 //! | kept lists | 2 per state for its commands, and 2 per choice for its probabilities |
+//! | offers of participants | 2 per place of a table; at most 2 places per state, and 2^16 more |
 //! | the reversed graph | 4 per state and per transition, and 0.75 per choice if states have several |
 //!
 //! ```
@@ -49,6 +50,7 @@ pub mod machine;
 pub mod meter;
 pub mod needs;
 mod numbers;
+mod offers;
 mod players;
 pub mod probabilities;
 pub mod program;
@@ -60,6 +62,7 @@ mod steps;
 #[cfg(test)]
 mod tests;
 pub mod total;
+mod value_classes;
 mod values;
 mod weigher;
 pub mod weighted;

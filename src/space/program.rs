@@ -10,6 +10,7 @@ use super::layout::{Field, Layout};
 use super::machine::{Code, Entry};
 use super::needs::{Way, Ways, of_all};
 use super::numbers::Numbers;
+use super::value_classes::{MOST_LISTED, ValueClasses};
 use meliora_base::error::Result;
 use meliora_base::exact::Exact;
 use meliora_base::progress::{Poll, ProgressSink};
@@ -44,6 +45,8 @@ pub struct Factor {
     pub(crate) candidates: Candidates,
     /// True if guards and probabilities of all its commands are valid in every state.
     pub(crate) is_sound: bool,
+    /// The values of variables that its commands tell apart, unless these are too many.
+    pub(crate) classes: Option<ValueClasses>,
 }
 
 /// A command.
@@ -107,10 +110,12 @@ impl Prepared {
             bounds.is_total(program.commands[c.index()].guard)
                 && commands[c.index()].chances == Chances::Sound
         };
-        let mut factors = Vec::with_capacity(guards.len());
+        let (mut factors, mut room) = (Vec::with_capacity(guards.len()), MOST_LISTED);
         for (guards, own) in guards.iter().zip(&participants) {
             let candidates = guards.compile(&mut compiler, &mut ways, &mut poll)?;
-            factors.push(Factor { candidates, is_sound: own.iter().all(&mut sound) });
+            let chances = |command: CommandId| commands[command.index()].chances;
+            let classes = ValueClasses::new(program, own, chances, &mut room);
+            factors.push(Factor { candidates, is_sound: own.iter().all(&mut sound), classes });
         }
         let needs = guards.iter().map(|guards| of_all(guards.ways.iter().flatten()));
         let by_value =

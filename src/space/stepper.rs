@@ -5,6 +5,7 @@ use smallvec::SmallVec;
 use super::guards::Candidate;
 use super::layout::Layout;
 use super::machine::Machine;
+use super::offers::Offers;
 use super::program::{Chances, Prepared, Ready, Update};
 use meliora_base::error::{Error, Limit};
 use meliora_base::rounding::Sum;
@@ -39,33 +40,12 @@ impl From<EvalError> for Broken {
     }
 }
 
-/// A range of a list.
-#[derive(Debug, Clone, Copy, Default)]
-struct Slice {
-    /// The number of the state for which the range is valid.
-    stamp: u64,
-    start: u32,
-    end: u32,
-}
-
-impl Slice {
-    fn len(self) -> usize {
-        (self.end - self.start) as usize
-    }
-}
-
 /// Computes the choices of states with codes of `W` words.
 pub struct Stepper<'a, const W: usize> {
     prepared: &'a Prepared,
     machine: Machine,
-    now: u64,
-    /// For each factor, the range of its enabled commands in `enabled`.
-    factors: Vec<Slice>,
-    enabled: Vec<u32>,
-    /// For each command, the range in `effects` of the differences that its branches add to the
-    /// code.
-    commands: Vec<Slice>,
-    effects: Vec<[u64; W]>,
+    /// The enabled commands of the factors, and their effects.
+    offers: Offers<'a, W>,
     /// True if the one choice of the current state draws from several.
     pub draws: bool,
     /// True if the probabilities of an enabled command summed to 1 only after rounding.
@@ -88,11 +68,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Stepper {
             prepared,
             machine: Machine::new(&prepared.code),
-            now: 0,
-            factors: vec![Slice::default(); prepared.factors.len()],
-            enabled: Vec::new(),
-            commands: vec![Slice::default(); prepared.commands.len()],
-            effects: Vec::new(),
+            offers: Offers::new(prepared.factors.iter().map(|own| own.classes.as_ref()).collect()),
             draws: false,
             rounded: false,
             steps: Vec::new(),
@@ -106,10 +82,8 @@ impl<'a, const W: usize> Stepper<'a, W> {
     /// Moves to a state and discards the results for the last one.
     pub fn enter(&mut self, layout: &Layout, code: &[u64]) {
         self.machine.next_state();
-        self.now += 1;
+        self.offers.next_state();
         self.guards = 0;
-        self.enabled.clear();
-        self.effects.clear();
         layout.decode(code, &mut self.machine.regs);
     }
 
@@ -167,20 +141,16 @@ impl<'a, const W: usize> Stepper<'a, W> {
         for &index in &self.active {
             key.push(index as u32);
             for &factor in &self.prepared.synchronisations[index] {
-                let own = self.factors[factor];
+                let own = self.enabled(factor);
                 key.push(own.len() as u32);
-                key.extend_from_slice(&self.enabled[own.start as usize..own.end as usize]);
+                key.extend_from_slice(own);
             }
         }
     }
 
     /// Returns whether the current state is a deadlock in which monitors step.
     pub fn steps_alone(&self) -> bool {
-        let enabled = |factor: usize| {
-            let found = self.factors[factor];
-            found.stamp == self.now && found.end > found.start
-        };
-        self.prepared.alone.is_some_and(enabled)
+        self.prepared.alone.is_some_and(|factor| !self.enabled(factor).is_empty())
     }
 
     /// Returns the difference between the current state and the same state with fresh monitors.
@@ -194,22 +164,16 @@ impl<'a, const W: usize> Stepper<'a, W> {
 
     /// Returns the number of choices of a synchronisation in the current state, which is expanded.
     pub fn combinations(&self, index: usize) -> usize {
-        let enabled = |&factor: &usize| {
-            let found = self.factors[factor];
-            // A factor that was left out belongs to a synchronisation without choices.
-            if found.stamp == self.now { found.len() } else { 0 }
-        };
-        self.prepared.synchronisations[index].iter().map(enabled).product()
+        self.prepared.synchronisations[index].iter().map(|&factor| self.enabled(factor).len()).product()
     }
 
     /// Returns the commands of one of these choices, in the order of the factors.
     pub fn combination(&self, index: usize, number: usize) -> SmallVec<[u32; 4]> {
         let (mut rest, mut commands) = (number, SmallVec::new());
         for &factor in self.prepared.synchronisations[index].iter().rev() {
-            let Slice { start, end, .. } = self.factors[factor];
-            let alternatives = (end - start) as usize;
-            commands.push(self.enabled[start as usize + rest % alternatives]);
-            rest /= alternatives;
+            let enabled = self.enabled(factor);
+            commands.push(enabled[rest % enabled.len()]);
+            rest /= enabled.len();
         }
         commands.reverse();
         commands
@@ -231,7 +195,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         for own in &prepared.synchronisations[..synchronisation] {
             let mut product = 1;
             for &factor in own {
-                product *= self.factor(factor)?.len();
+                product *= self.factor(factor)?;
             }
             before += product;
         }
@@ -240,8 +204,8 @@ impl<'a, const W: usize> Stepper<'a, W> {
         }
         let mut rank = 0;
         for (&factor, command) in factors.iter().zip(commands) {
-            let found = self.factor(factor)?;
-            let enabled = &self.enabled[found.start as usize..found.end as usize];
+            self.factor(factor)?;
+            let enabled = self.enabled(factor);
             let Some(position) = enabled.iter().position(|&c| c == command) else { return Ok(None) };
             rank = rank * enabled.len() + position;
         }
@@ -261,17 +225,21 @@ impl<'a, const W: usize> Stepper<'a, W> {
     fn add_choices(&mut self, index: usize) -> Result<(), Broken> {
         let factors: &'a [usize] = &self.prepared.synchronisations[index];
         if let &[factor] = factors {
-            let found = self.factor(factor)?;
-            for at in found.start..found.end {
-                let effects = self.command(self.enabled[at as usize])?;
-                self.steps.extend_from_slice(&self.effects[effects.start as usize..effects.end as usize]);
-                self.end_choice()?;
+            if self.factor(factor)? > 0 {
+                self.find_effects(factor)?;
+                let before = self.steps.len() as u32;
+                let Some(offer) = self.offers.known(factor) else { return Ok(()) };
+                self.steps.extend_from_slice(&offer.effects);
+                self.ends.extend(offer.ends.iter().map(|end| before + end));
             }
-            return Ok(());
+            return self.check_size();
         }
         let count = self.count(factors)?;
         if count > MOST_SUCCESSORS {
             return Err(too_many(count));
+        }
+        if count > 0 {
+            factors.iter().try_for_each(|&factor| self.find_effects(factor))?;
         }
         for number in 0..count {
             self.combine(factors, number)?;
@@ -286,8 +254,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             // If no fault is possible, a factor is irrelevant once another one has no enabled
             // command.
             if count > 0 || !self.prepared.factors[factor].is_sound {
-                let found = self.factor(factor)?;
-                count = count.saturating_mul(found.len());
+                count = count.saturating_mul(self.factor(factor)?);
             }
         }
         Ok(count)
@@ -300,12 +267,9 @@ impl<'a, const W: usize> Stepper<'a, W> {
         self.steps.push([0; W]);
         let mut rest = number;
         for &factor in factors.iter().rev() {
-            let Slice { start: from, end, .. } = self.factors[factor];
-            let alternatives = (end - from) as usize;
-            let command = self.enabled[from as usize + rest % alternatives];
-            rest /= alternatives;
-            let effects = self.command(command)?;
-            let effects = &self.effects[effects.start as usize..effects.end as usize];
+            let Some(offer) = self.offers.known(factor) else { continue };
+            let effects = offer.effects_of(rest % offer.ends.len());
+            rest /= offer.ends.len();
             let until = self.steps.len();
             if (until - start).saturating_mul(effects.len()) > MOST_SUCCESSORS {
                 return Err(too_many((until - start).saturating_mul(effects.len())));
@@ -320,42 +284,56 @@ impl<'a, const W: usize> Stepper<'a, W> {
                 *step = sum(step, first);
             }
         }
-        self.end_choice()
-    }
-
-    fn end_choice(&mut self) -> Result<(), Broken> {
-        if self.steps.len() > MOST_SUCCESSORS {
-            return Err(too_many(self.steps.len()));
-        }
         self.ends.push(self.steps.len() as u32);
-        Ok(())
+        self.check_size()
     }
 
-    /// Returns the enabled commands of a factor, after checking their probabilities.
-    fn factor(&mut self, index: usize) -> Result<Slice, Broken> {
-        if self.factors[index].stamp == self.now {
-            return Ok(self.factors[index]);
+    fn check_size(&self) -> Result<(), Broken> {
+        if self.steps.len() > MOST_SUCCESSORS { Err(too_many(self.steps.len())) } else { Ok(()) }
+    }
+
+    /// Returns the enabled commands of a factor in the current state, as far as they were needed.
+    #[inline]
+    fn enabled(&self, factor: usize) -> &[u32] {
+        self.offers.known(factor).map_or(&[], |offer| &offer.commands)
+    }
+
+    /// Finds the enabled commands of a factor, and returns how many there are, after checking their probabilities.
+    #[inline]
+    fn factor(&mut self, index: usize) -> Result<usize, Broken> {
+        if let Some(known) = self.offers.known(index) {
+            return Ok(known.commands.len());
         }
-        let prepared = self.prepared;
-        let start = self.enabled.len() as u32;
-        let candidates = &prepared.factors[index].candidates;
+        if self.offers.look_up(index, &self.machine.regs) {
+            self.guards += 1;
+            return Ok(self.enabled(index).len());
+        }
+        self.test_all(index)
+    }
+
+    fn test_all(&mut self, index: usize) -> Result<usize, Broken> {
+        let candidates = &self.prepared.factors[index].candidates;
+        let mut offer = self.offers.room(index);
         let mut room = self.spare.pop().unwrap_or_default();
         for &at in candidates.by_value.find(&self.machine.regs, &mut room) {
-            self.test(&candidates.all[at as usize])?;
+            let candidate = &candidates.all[at as usize];
+            if self.test(candidate)? {
+                offer.commands.push(candidate.command);
+            }
         }
         self.spare.push(room);
-        let found = Slice { stamp: self.now, start, end: self.enabled.len() as u32 };
-        self.factors[index] = found;
-        Ok(found)
+        let count = offer.commands.len();
+        self.offers.set(index, offer, true);
+        Ok(count)
     }
 
-    /// Adds a command to the enabled ones if its guard is true, after checking its probabilities.
+    /// Returns whether a command is enabled, after checking its probabilities.
     #[inline]
-    fn test(&mut self, candidate: &Candidate) -> Result<(), Broken> {
+    fn test(&mut self, candidate: &Candidate) -> Result<bool, Broken> {
         let prepared = self.prepared;
         self.guards += 1;
         if !candidate.guard.map_or(Ok(true), |guard| self.machine.run(&prepared.code, guard.start))? {
-            return Ok(());
+            return Ok(false);
         }
         let ready = &prepared.commands[candidate.command as usize];
         match ready.chances {
@@ -364,8 +342,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
             Chances::Broken => return Err(Broken::Fault),
             Chances::Vary => self.check_probabilities(ready)?,
         }
-        self.enabled.push(candidate.command);
-        Ok(())
+        Ok(true)
     }
 
     fn check_probabilities(&mut self, ready: &Ready) -> Result<(), Broken> {
@@ -383,28 +360,37 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Ok(())
     }
 
-    /// Returns the differences that the branches of positive probability of an enabled command add
-    /// to the code.
-    fn command(&mut self, index: u32) -> Result<Slice, Broken> {
-        let known = self.commands[index as usize];
-        if known.stamp == self.now {
-            return Ok(known);
+    /// Finds the differences that the branches of positive probability of the enabled commands of a factor add to the
+    /// code.
+    #[inline]
+    fn find_effects(&mut self, factor: usize) -> Result<(), Broken> {
+        if self.offers.known(factor).is_some_and(|known| known.has_effects) {
+            return Ok(());
         }
+        let mut offer = self.offers.room(factor);
+        for &command in &offer.commands {
+            self.add_effects(command, &mut offer.effects)?;
+            offer.ends.push(offer.effects.len() as u32);
+        }
+        offer.has_effects = true;
+        let classes = self.prepared.factors[factor].classes.as_ref();
+        let is_steady = classes.is_some_and(|classes| offer.commands.iter().all(|&c| classes.is_steady(c)));
+        self.offers.set(factor, offer, is_steady);
+        Ok(())
+    }
+
+    fn add_effects(&mut self, command: u32, effects: &mut Vec<[u64; W]>) -> Result<(), Broken> {
         let prepared = self.prepared;
-        let start = self.effects.len() as u32;
-        for branch in &prepared.commands[index as usize].branches {
+        for branch in &prepared.commands[command as usize].branches {
             if let Some(entry) = branch.probability {
                 self.machine.run(&prepared.code, entry.start)?;
                 if self.machine.is_zero(entry.result) {
                     continue;
                 }
             }
-            let effect = self.effect(&branch.updates)?;
-            self.effects.push(effect);
+            effects.push(self.effect(&branch.updates)?);
         }
-        let found = Slice { stamp: self.now, start, end: self.effects.len() as u32 };
-        self.commands[index as usize] = found;
-        Ok(found)
+        Ok(())
     }
 
     fn effect(&mut self, updates: &[Update]) -> Result<[u64; W], Broken> {

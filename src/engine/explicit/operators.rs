@@ -160,8 +160,7 @@ impl Engine for ExplicitEngine {
     }
 
     fn pre(&self, c: &ChoiceSet, x: &StateSet) -> Result<ChoiceSet> {
-        let into = self.choices_into(self.bits(x)?)?;
-        Ok(ChoiceSet(into.zip(self.bits(c)?, |into, c| into & c)?))
+        Ok(ChoiceSet(self.choices_into(self.bits(c)?, self.bits(x)?)?))
     }
 
     fn post(&self, c: &ChoiceSet) -> Result<StateSet> {
@@ -242,11 +241,11 @@ impl Engine for ExplicitEngine {
         within: &ChoiceSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
         let goal = self.bits(target)?;
-        let outside = self.every_state.zip(goal, |all, t| all & !t)?;
-        let choices = self.choices_of_states(self.bits(within)?, &outside)?;
         // States without a pair are lost. One pass over the rows removes the choices that may step
         // into them.
         let alive = self.union(&self.can_choose(within)?, target)?;
+        let outside = self.bits(&alive)?.zip(goal, |alive, t| alive & !t)?;
+        let choices = self.choices_of_states(self.bits(within)?, &outside)?;
         let choices = if self.same(&alive, &self.all_states())? {
             choices
         } else {
@@ -263,11 +262,19 @@ impl Engine for ExplicitEngine {
         edge_labels: &[EdgeLabels<StateSet>],
     ) -> Result<Region<StateSet, ChoiceSet>> {
         self.check_owned(edge_labels)?;
-        let rules = Table::new(self, edge_labels)?;
-        let goal = rules.goal(self.no_states().0)?;
         self.bits(&start.choices)?;
-        let Region { states, choices } =
-            self.pursue(self.bits(&start.states)?, start.choices.0, (&rules, &goal))?;
+        let (states, choices) = (self.bits(&start.states)?, start.choices.0);
+        let Region { states, choices } = match edge_labels {
+            // All edges of the game have these labels.
+            [all] if all.dropped.0.is_empty() && states.zip(&all.from.0, |x, y| x & !y)?.is_empty() => {
+                self.pursue(states, choices, (&Entering(&all.goal.0), &all.goal.0))?
+            }
+            _ => {
+                let rules = Table::new(self, edge_labels)?;
+                let goal = rules.goal(self.no_states().0)?;
+                self.pursue(states, choices, (&rules, &goal))?
+            }
+        };
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
 
