@@ -13,7 +13,7 @@ use super::lists::Collected;
 use super::meter::{Array, Meter};
 use super::players::PlayersFound;
 use super::probabilities::{Probabilities, Weighed, Weighing};
-use super::program::Prepared;
+use super::program::{Chances, Prepared};
 use super::set::{self, BitSet};
 pub use super::states::{Space, fixed};
 use super::stepper::{Broken, Stepper, sum};
@@ -214,11 +214,16 @@ impl Task {
             rounded: None,
             players: self.players(),
             choices: self.limits.keeps_choices.then(|| Collected::new(&self.meter, &[])),
-            // States of the scope `all` have no codes of their own.
-            probabilities: (self.limits.keeps_probabilities && self.layout.valuations().is_none())
-                .then(|| Box::new(Weighed::new(&self.meter))),
+            probabilities: self.keeps_probabilities().then(|| Box::new(Weighed::new(&self.meter))),
             ahead: Vec::new(),
         })
+    }
+
+    /// Returns whether probabilities are kept if they are wanted. States of the scope `all` have no codes of their own.
+    /// Probabilities that depend on the state take longer than the exploration: they are computed where they are needed.
+    fn keeps_probabilities(&self) -> bool {
+        let varies = self.prepared.commands.iter().any(|command| command.chances == Chances::Vary);
+        self.limits.keeps_probabilities && self.layout.valuations().is_none() && !varies
     }
 
     /// Returns the players of a game.

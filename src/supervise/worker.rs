@@ -252,8 +252,9 @@ mod tests {
         let _alone = MEASURES_MEMORY.lock().unwrap();
         let supervisor = Arc::new(Supervisor::new());
         supervisor.limit_growth(0);
-        let (free, blocked) = channel::<()>();
+        let ((free, blocked), (end, ended)) = (channel::<()>(), channel::<()>());
         let worker = spawn(&supervisor, move |_| {
+            let _end = end;
             // Enough even if the work of the other test frees its 80 MiB only now.
             let bytes = vec![1_u8; 320 << 20];
             Ok((blocked.recv().is_ok(), bytes.len()))
@@ -262,6 +263,8 @@ mod tests {
         assert!(matches!(found, Err(Failure::Error(Error::Limit(Limit::Memory { .. })))));
         assert!(matches!(supervisor.stop(), Some(Limit::Memory { .. })), "the work hears of it");
         free.send(()).unwrap();
+        // Else the other test would count this memory, and miss its own when this is freed.
+        assert!(ended.recv().is_err());
     }
 
     #[test]
