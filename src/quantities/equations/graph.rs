@@ -153,20 +153,16 @@ impl Graph {
         }
     }
 
-    /// Begins the choices of a node, after those of all nodes before it unless this is a part of a graph. They are added one after the other until
-    /// [`Graph::end`].
+    /// Begins the choices of a node; in a whole graph, after those of all nodes before it. They are added one after the other
+    /// until [`Graph::end`].
     ///
     /// # Errors
     /// There are too many edges.
     pub(crate) fn begin(&mut self, node: u32, meter: &Meter) -> Result<()> {
         meter.number(self.choices.to.len())?;
-        let (choices, row) = (self.costs.len() as u32, self.choices.first.len() as u32 - 1);
-        match &mut self.row_of {
-            Some(rows) => {
-                rows[node as usize] = row;
-                self.frontier -= 1;
-            }
-            None => self.choices.first.resize(node as usize + 1, choices),
+        if self.row_of.is_none() {
+            let choices = self.costs.len() as u32;
+            self.choices.first.resize(node as usize + 1, choices);
         }
         Ok(())
     }
@@ -192,8 +188,12 @@ impl Graph {
     /// A limit is reached.
     pub(crate) fn end(&mut self, node: u32, meter: &mut Meter) -> Result<()> {
         meter.number(self.choices.to.len())?;
-        let choices = self.costs.len() as u32;
+        let (choices, row) = (self.costs.len() as u32, self.choices.first.len() as u32 - 1);
         self.choices.first.push(choices);
+        if let Some(rows) = &mut self.row_of {
+            rows[node as usize] = row;
+            self.frontier -= 1;
+        }
         let edges = self.edges_of(node).len() * (4 + self.weights.width());
         meter.take(edges + self.game.choices(node).len() * self.bytes_of_choice())
     }
