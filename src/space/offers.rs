@@ -58,7 +58,7 @@ struct Current {
 pub(crate) struct Offers<'a, const W: usize> {
     classes: Vec<Option<&'a ValueClasses>>,
     /// For each participant, one more than the number of the kept offer of each place, or 0 if that is not known; empty
-    /// while there is no table.
+    /// before there is a table.
     tables: Vec<Vec<u16>>,
     /// One offer per participant for the current state alone, and after these the offers that are kept.
     all: Vec<Offer<W>>,

@@ -202,8 +202,8 @@ const COMMANDS: &[(i32, &str)] = &[
     (3, "reach models/toy.prism --target t"),
 ];
 
-/// Removes each field of a report, and gives each value another type: the schema notices it. What was tried in a report
-/// of the same kind is left out.
+/// Removes each field of a report, and gives each value another type: the schema notices it. Kinds of places that an
+/// earlier report had are left out.
 fn notices(
     validator: &Validator<'_>,
     tried: &mut BTreeSet<String>,

@@ -80,7 +80,7 @@ pub struct Values {
     horizon: Option<Horizon>,
     /// The choices that attain the values in the fewest steps, where they are known.
     ties: Option<Ties>,
-    /// What is missing of the values of the states asked for, after a part of the graph.
+    /// The nodes that are missing for the values of the states asked for, after a part of the graph.
     pub(crate) missing: Option<Missing>,
 }
 

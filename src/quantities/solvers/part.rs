@@ -20,7 +20,7 @@ use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, System};
 use crate::solvers::solved::Solved;
 
-/// What a part of a graph lacks for the values of some nodes.
+/// The nodes that a part of a graph lacks for the values of some nodes.
 #[derive(Debug)]
 pub(crate) struct Missing {
     /// True if the bounds of these values are narrow.
