@@ -12,7 +12,7 @@ use crate::equations::meter::Meter;
 use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Candidates, Method, Quantity, System};
-use meliora_amount::share;
+use meliora_amount::{share, takes};
 use meliora_base::error::Limit;
 use meliora_base::exact::Ratio;
 use meliora_base::random::Draw;
@@ -305,7 +305,7 @@ fn bounds_hold_wherever_a_limit_ends_the_work() {
                 solved(&graph, quantity, Some(Method::Iterate), &mut Meter::unlimited(&NoProgress));
             let only = Some(Method::Iterate);
             let system = System { only, ..System::new(&graph, quantity, None, &fractions) };
-            for patience in 0.. {
+            for patience in (0..).filter(|&patience| takes(patience)) {
                 let sink = Patience(AtomicUsize::new(patience));
                 let mut meter = Meter::unlimited(&sink);
                 let mut solution = system.start(&mut meter).unwrap();
