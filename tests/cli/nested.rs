@@ -369,13 +369,13 @@ fn a_property_without_an_end_leaves_the_others_their_share_of_the_time() {
 /// The list of states of the first property does not fit into the memory limit, and the second one needs none.
 #[test]
 fn a_property_that_needs_too_much_memory_leaves_the_others() {
-    let model = "mdp\nmodule m\n x : [0..127];\n y : [0..127];\n z : [0..99];\n [a] x<127 -> 1/2:(x'=x+1) + 1/2:(y'=0);\n\
-         [b] y<127 -> (y'=y+1);\n [c] z<99 -> 1/2:(z'=z+1) + 1/2:(z'=0);\nendmodule\n";
+    let model = "mdp\nmodule m\n x : [0..999];\n y : [0..999];\n z : [0..99];\n [a] x<999 -> 1/2:(x'=x+1) + 1/2:(y'=0);\n\
+         [b] y<999 -> (y'=y+1);\n [c] z<99 -> 1/2:(z'=z+1) + 1/2:(z'=0);\nendmodule\n";
     let scratch = Scratch::new(&[
         ("m.prism", model),
         ("m.props", "filter(sum, Pmax=? [ F x=3 ]);\nfilter(count, x<2&y<1&z<1);\n"),
     ]);
-    let found = scratch.run("reach m.prism --properties m.props --engine explicit --json");
+    let found = scratch.run("reach m.prism --properties m.props --json");
     let found = found.expect(4).json()["properties"].clone();
     assert_eq!(found[0]["reason"], "too large: more than 1048576 states to list", "{found}");
     assert_eq!(found[1]["value"]["upper"], json!(2.0), "{found}");
