@@ -242,8 +242,8 @@ fn combinations_without_a_meaning_are_refused_by_name() {
 /// The values of the start need few of the states.
 #[test]
 fn values_of_a_large_model_are_found_near_the_start() {
-    let model = "mdp module m x:[0..80000] init 9; [] x=2 -> 0.5:(x'=0) + 0.5:(x'=1);
-        [] x>2 -> 0.7:(x'=x-1) + 0.3:true; [] x>2 -> (x'=min(x+1,80000)); endmodule";
+    let model = "mdp module m x:[0..12] init 9; y:[0..9999]; [] x=2 -> 0.5:(x'=0) + 0.5:(x'=1);
+        [] x>2 -> 0.7:(x'=x-1) + 0.3:true; [] x>2 -> (y'=9999-y); [] x>2 -> (y'=mod(7*y+1, 10000)); endmodule";
     let wishes = "objective A = F x=0; objective B = F x=1;";
     let scratch = Scratch::new(&[("m.prism", model), ("m.pref", wishes)]);
     let report = scratch.run("values m.prism m.pref --json").expect(0).json();
