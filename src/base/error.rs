@@ -61,9 +61,15 @@ fn at_line(line: usize) -> String {
 }
 
 impl Error {
-    /// Returns the error for a file that could not be read.
+    /// Returns the error for a file that could not be read; too little memory for it is a limit.
     pub fn reading(path: &Path, error: &io::Error) -> Self {
-        Error::Io { path: path.display().to_string(), message: said(error) }
+        let path = path.display().to_string();
+        match error.kind() {
+            io::ErrorKind::OutOfMemory => {
+                Limit::System { what: format!("the memory to read {path}"), bytes: None }.into()
+            }
+            _ => Error::Io { path, message: said(error) },
+        }
     }
 
     /// Returns the error for a file that could not be written; a full disk is a limit. `path` is

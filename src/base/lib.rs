@@ -25,6 +25,7 @@ pub mod exact;
 pub mod files;
 pub mod json;
 pub mod members;
+pub mod memory;
 mod named;
 pub mod progress;
 pub mod random;

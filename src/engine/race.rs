@@ -20,6 +20,7 @@ use std::thread::{Builder, Scope};
 use std::time::Duration;
 
 use meliora_base::error::{Error, Limit, Result};
+use meliora_base::memory::check_heap;
 use meliora_base::progress::ProgressSink;
 use meliora_base::sync::lock;
 
@@ -404,7 +405,11 @@ fn spawn<'s, T: Send>(
 ) -> Result<(), Limit> {
     let lane = Arc::clone(lane);
     let work = move || {
-        let end = match catch_unwind(AssertUnwindSafe(|| run(&lane))) {
+        let begin = || {
+            check_heap()?;
+            run(&lane)
+        };
+        let end = match catch_unwind(AssertUnwindSafe(begin)) {
             Ok(Ok(Some(found))) => End::Answer(Ok(found)),
             Ok(Ok(None)) => End::Leaves(None),
             Ok(Err(Error::Limit(limit))) => End::Leaves(Some(limit)),

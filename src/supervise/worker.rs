@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use super::memory::STACK;
 use super::supervisor::{CHECKS, Position, Supervisor};
 use meliora_base::error::{Error, Limit, Result};
+use meliora_base::memory::check_heap;
 
 /// The time that a worker thread has to stop after it was cancelled.
 const GRACE: Duration = Duration::from_millis(250);
@@ -66,7 +67,11 @@ pub fn spawn<T: Send + 'static>(
         // The receiver is gone if the waiting thread has given up.
         let send = |position| drop(sender.send(Event::Position(position)));
         let reporter = Reporter { supervisor: &own, send: &send };
-        let end = catch_unwind(AssertUnwindSafe(|| work(&reporter)));
+        let begin = || {
+            check_heap()?;
+            work(&reporter)
+        };
+        let end = catch_unwind(AssertUnwindSafe(begin));
         let _ = sender.send(Event::Ended(end));
     };
     match std::thread::Builder::new().name("meliora-worker".to_owned()).stack_size(STACK).spawn(body) {

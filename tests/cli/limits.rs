@@ -375,6 +375,9 @@ fn a_system_that_gives_no_memory_or_no_threads_is_a_limit_that_is_named() {
     }
     let (status, err) = limited("-v 4000000", &format!("{toy} --memory 8MiB --threads 60000"));
     assert_eq!(status, Some(0), "{err}");
+    // Else work would go on a hundred times as slowly.
+    let (status, err) = limited("-v 700000", &format!("{toy} --memory 8MiB"));
+    assert!(status == Some(4) && err.contains("a heap of 128 MiB"), "{err}");
 }
 
 #[cfg(target_os = "linux")]
@@ -390,10 +393,10 @@ fn a_model_that_is_too_large_to_read_is_a_limit_that_is_named() {
     finished.says("--memory");
     let memory = finished.json()["memory"]["peak_rss_bytes"].as_u64().unwrap() >> 20;
     assert!(memory < 8 + 64 + 16, "{memory} MiB");
-    // The list of 530,000 commands grows by tens of MiB at once, which exceeds the limit.
-    let text = format!("mdp module m x:[0..9];\n{}endmodule", "[]true->true;\n".repeat(530_000));
-    let scratch = Scratch::new(&[("m.prism", &text)]);
-    let (status, err) = limited("-v 790000", &format!("info {} --memory 8GiB", scratch.show("m.prism")));
+    // The list of numbers grows by hundreds of MiB at once, which exceeds the limit.
+    let text = format!("{{\"jani-version\":1,\"variables\":[{}0]}}", "0,".repeat(2_500_000));
+    let scratch = Scratch::new(&[("m.jani", &text)]);
+    let (status, err) = limited("-v 900000", &format!("info {} --memory 8GiB", scratch.show("m.jani")));
     assert_eq!(status, Some(4), "{err}");
     assert!(err.contains("memory allocation of"), "{err}");
 }

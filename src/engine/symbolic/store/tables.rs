@@ -5,6 +5,7 @@ use std::time::Duration;
 use oxidd::bdd::BDDManagerRef;
 
 use meliora_base::error::{Limit, Result};
+use meliora_base::memory::grants;
 
 /// Bytes per node, in the table and in its index.
 pub(in crate::symbolic) const BYTES_PER_NODE: u64 = 32;
@@ -82,11 +83,6 @@ fn ask(nodes: u64, cache_entries: u64) -> Result<BDDManagerRef, Limit> {
     }
     let make = || oxidd::bdd::new_manager(capacity as usize, cache_entries as usize, 1);
     std::panic::catch_unwind(make).map_err(|_| no_thread())
-}
-
-/// Returns whether the system grants this memory. Maps no pages.
-fn grants(bytes: u64) -> bool {
-    usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
 }
 
 fn no_thread() -> Limit {
