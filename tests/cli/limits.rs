@@ -368,16 +368,15 @@ fn limited(limit: &str, arguments: &str) -> (Option<i32>, String) {
 #[test]
 fn a_system_that_gives_no_memory_or_no_threads_is_a_limit_that_is_named() {
     let toy = "info models/toy.prism";
-    for (kib, memory) in [(400_000, "8MiB"), (900_000, "8MiB"), (1_400_000, "8MiB"), (3_000_000, "8GiB")] {
-        let (status, err) = limited(&format!("-v {kib}"), &format!("{toy} --memory {memory}"));
+    for (kib, memory) in [(400_000, 8), (700_000, 8), (900_000, 8), (1_400_000, 8), (3_000_000, 8192)] {
+        let (status, err) = limited(&format!("-v {kib}"), &format!("{toy} --memory {memory}MiB"));
         assert_eq!(status, Some(4), "{kib} KiB: {err}");
         assert!(!err.contains("internal") && !err.contains("panicked"), "{kib} KiB: {err}");
+        // Without a heap for its thread, work would go on a hundred times as slowly.
+        assert_eq!(err.contains("a heap of 128 MiB"), kib == 700_000, "{kib} KiB: {err}");
     }
     let (status, err) = limited("-v 4000000", &format!("{toy} --memory 8MiB --threads 60000"));
     assert_eq!(status, Some(0), "{err}");
-    // Else work would go on a hundred times as slowly.
-    let (status, err) = limited("-v 700000", &format!("{toy} --memory 8MiB"));
-    assert!(status == Some(4) && err.contains("a heap of 128 MiB"), "{err}");
 }
 
 #[cfg(target_os = "linux")]
