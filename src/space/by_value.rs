@@ -105,8 +105,7 @@ impl Ways<'_> {
     fn by_values(&mut self, group: &[(&Need, Open<'_>)]) -> Option<BTreeMap<i64, ByValue>> {
         let own = group.chunk_by(|(_, (a, _)), (_, (b, _))| a == b);
         let gain: f64 = own.map(|ways| self.ruled_out(ways.iter().map(|(_, (_, needs))| &**needs))).sum();
-        let values = |need: &Need| self.values(need).map(|[low, high]| high.abs_diff(low)).sum::<u64>();
-        let copies: u64 = group.iter().map(|(need, _)| values(need)).fold(0, u64::saturating_add);
+        let copies = group.iter().map(|(need, _)| self.copies_of(need)).fold(0, u64::saturating_add);
         if gain < 1.0 || copies > self.copies as u64 {
             return None;
         }
@@ -119,6 +118,12 @@ impl Ways<'_> {
             }
         }
         Some(lists.into_iter().map(|(value, ways)| (value, self.split(ways))).collect())
+    }
+
+    /// Returns the number of values of a variable that are needed, without the first one.
+    fn copies_of(&self, need: &Need) -> u64 {
+        let add = |all: u64, [low, high]: [i64; 2]| all.saturating_add(high.abs_diff(low)).saturating_add(1);
+        self.values(need).fold(0, add).saturating_sub(1)
     }
 
     /// Returns the values of a variable that are needed and in its range.
@@ -217,5 +222,8 @@ mod tests {
         };
         assert_eq!(of(&wide(2), [5, 0]), [2]);
         assert!(wide(3).splits.is_empty(), "each of three things would have two copies");
+        let apart = |variable: u32| (variable, [[0, 0], [2, 2], [4, 4], [6, 6]].into_iter().collect());
+        let many = vec![vec![vec![apart(0), apart(1)]]; 3];
+        assert!(list(&many).splits.is_empty(), "each of three things would have three copies");
     }
 }
