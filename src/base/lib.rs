@@ -4,6 +4,7 @@
 //! - [`error::Error`], [`error::Diagnostic`] and [`error::SourceFile`]: errors with places.
 //! - [`progress::ProgressSink`]: progress and cancellation.
 //! - [`exact::Exact`], [`real::Real`] and [`value::Value`]: values and their arithmetic.
+//! - [`interval::Interval`] and [`number::Number`]: numbers of solvers, rounded outwards or exact.
 //! - [`diagram::Diagram`]: shared, reduced decision diagrams.
 //! - [`escape`], [`csv`], [`json`]: text for each target; [`files`]: files that appear whole or not at all.
 //!
@@ -23,10 +24,12 @@ pub mod error;
 pub mod escape;
 pub mod exact;
 pub mod files;
+pub mod interval;
 pub mod json;
 pub mod members;
 pub mod memory;
 mod named;
+pub mod number;
 pub mod progress;
 pub mod random;
 mod ratio;

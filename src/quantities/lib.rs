@@ -96,6 +96,6 @@ pub use answers::{
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
 pub use equations::cost;
-pub use equations::number::{Bounds, Interval, PRECISION};
 pub use exploration::Exploration;
+pub use meliora_base::interval::{Bounds, Interval, PRECISION};
 pub use values::{Aim, ChoiceValues, Node, ValueOptions, Values};

@@ -158,8 +158,7 @@ fn over(values: &[Number], part: Over) -> Option<Bound> {
         Over::Greatest => a.extreme(b, true),
     };
     let (first, rest) = values.split_first()?;
-    let Number { lower, upper, .. } = rest.iter().fold(first.clone(), join);
-    Some(Bound { lower, upper, exact: None })
+    Some(rest.iter().fold(first.clone(), join).interval.into())
 }
 
 /// Returns whether all values satisfy a comparison; `None` if the bounds do not decide it.

@@ -10,6 +10,8 @@ use crate::race::started;
 use meliora_base::decimal;
 use meliora_base::error::{Diagnostic, Error, Limit, Result, Severity, SourceFile};
 use meliora_base::exact::Ratio;
+use meliora_base::interval::{Bounds, Interval};
+use meliora_base::number::Weight;
 use meliora_engine::{Algebra, AnyEngine, Count, Engine};
 use meliora_lang::named::Property;
 use meliora_lang::parse_property;
@@ -19,8 +21,8 @@ use meliora_model::Program;
 use meliora_planning::shield::by_value::SAFETY;
 use meliora_planning::{Safety, Shield, ShieldAction, ShieldNode, ShieldVariable, ValueRule};
 use meliora_quantities::actions::StateActions;
-use meliora_quantities::{Bounds, Interval};
-use num_traits::{One, ToPrimitive};
+
+use num_traits::ToPrimitive;
 
 /// The threshold of a shield by value.
 #[derive(Debug, Clone, PartialEq)]
@@ -227,9 +229,7 @@ fn least(best: &Bounds, Threshold { number, relative }: &Threshold) -> Bounds {
     if !relative {
         return Bounds { interval: own, exact: Some(number.clone()) };
     }
-    let lower = (best.interval.lower * own.lower).next_down().max(0.0);
-    let interval = Interval { lower, upper: (best.interval.upper * own.upper).next_up() };
-    Bounds { interval, exact: best.exact.as_ref().map(|best| best * number) }
+    Bounds { interval: best.interval.times(&own), exact: best.exact.as_ref().map(|best| best * number) }
 }
 
 /// Returns whether a number is at least another one; `None` if the bounds do not decide it.

@@ -6,7 +6,7 @@ use ahash::AHashMap;
 
 use crate::answering::Answering;
 use crate::answers::ListedState;
-use crate::evaluate::{Build, Evaluator, Mix, Model, Number, PropertyResult, StateValue};
+use crate::evaluate::{Build, Evaluator, Mix, Model, PropertyResult, StateValue};
 use crate::goal::PathGoal;
 use crate::listener::Shares;
 use crate::plan::Planned;
@@ -19,7 +19,6 @@ use meliora_lang::property::term::Term;
 use meliora_lang::refusal::Refusal;
 use meliora_model::State;
 use meliora_model::valuation::Valuation;
-use meliora_quantities::state_values::Bound;
 
 /// Does more with a property that was evaluated.
 type Further<'f, E> = dyn FnMut(&Evaluator<'_, '_, E>, usize, &Term) -> Result<()> + 'f;
@@ -182,13 +181,15 @@ impl Answering<'_> {
             let state = Valuation::new(&self.asked.program, &state);
             match value {
                 StateValue::Holds(holds) => ListedState { state, holds: Some(holds), value: None },
-                StateValue::Number(number) => ListedState { state, holds: None, value: Some(bound(&number)) },
+                StateValue::Number(number) => {
+                    ListedState { state, holds: None, value: Some(number.interval.into()) }
+                }
             }
         };
         self.listener.update(|r| {
             let answer = &mut r.properties[position];
             answer.holds = found.holds;
-            answer.value = found.value.as_ref().map(|number| Some(bound(number)));
+            answer.value = found.value.as_ref().map(|number| Some(number.interval.into()));
             answer.front = found.front;
             answer.values = found.values.map(|all| all.into_iter().map(listed).collect());
             if let Some(one) = &mut r.one {
@@ -198,8 +199,4 @@ impl Answering<'_> {
         self.listener.used(engine.usage());
         Ok(())
     }
-}
-
-fn bound(number: &Number) -> Bound {
-    Bound { lower: number.lower, upper: number.upper, exact: None }
 }

@@ -112,8 +112,8 @@ pub(crate) fn has_states(asked: &Questions, options: &Options, requests: &[usize
 pub(crate) fn missed(found: &PropertyPolicy) -> String {
     format!(
         "the strategy attains {}, and the optimum is {}: no strategy was found that is closer",
-        readable(f64::midpoint(found.value.lower, found.value.upper)),
-        readable(f64::midpoint(found.optimum.lower, found.optimum.upper)),
+        readable(found.value.interval.middle()),
+        readable(found.optimum.middle()),
     )
 }
 
@@ -146,7 +146,7 @@ pub(crate) fn optimal(
         if !of_opponent {
             optima = Some(found.optima.clone());
         }
-        let is_lost = !found.is_great && found.value.lower.is_infinite();
+        let is_lost = !found.is_great && found.value.interval.lower.is_infinite();
         Ok(Some(found).filter(|found| !is_lost && played.satisfies(&found.value) != Some(false)))
     };
     let both = [find(options.strategies.policy, false)?, find(options.strategies.opponent, true)?];

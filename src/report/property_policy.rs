@@ -29,12 +29,12 @@ pub struct ReadPolicy {
 
 /// Returns the value that a strategy claims: a short decimal that its value surely attains; `None` for infinity.
 pub fn claim(policy: &PropertyPolicy) -> Option<Ratio> {
-    let Number { lower, upper, exact } = &policy.value;
-    let bound = if policy.is_great { lower } else { upper };
+    let Number { interval, exact } = &policy.value;
+    let bound = if policy.is_great { interval.lower } else { interval.upper };
     match exact {
         Some(Exact::Int(x)) => Some(Ratio::from_integer((*x).into())),
         Some(Exact::Real(Real::Finite(x))) => Some(short(x, policy.is_great)),
-        _ => shortest(*bound).map(|x| match Ratio::from_float(*bound) {
+        _ => shortest(bound).map(|x| match Ratio::from_float(bound) {
             Some(exact) if x != exact => short(&exact, policy.is_great),
             _ => x,
         }),

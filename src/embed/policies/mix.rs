@@ -14,7 +14,6 @@ use meliora_model::Program;
 use meliora_planning::Sample;
 use meliora_quantities::PRECISION;
 use meliora_quantities::several::Node;
-use meliora_quantities::state_values::Bound;
 use meliora_question::evaluate::{Evaluator, Following, Model, Objectives};
 use meliora_report::PolicyReport;
 use meliora_report::mix::{File, ReadStrategy};
@@ -135,7 +134,7 @@ impl Mix {
             let mut wrong = None;
             for (index, own) in shown.objectives.iter_mut().enumerate() {
                 let (found, holds) = following.attains(index, &self.strategies[at].values[index])?;
-                own.value = Some(Bound { lower: found.lower, upper: found.upper, exact: None });
+                own.value = Some(found.into());
                 if !holds {
                     wrong.get_or_insert_with(|| {
                         format!(

@@ -106,14 +106,14 @@ impl OfProperty {
         {
             found = exact;
         }
-        let shown = self.shown(read, Some(Bound { lower: found.lower, upper: found.upper, exact: None }));
+        let shown = self.shown(read, Some(found.interval.into()));
         work.update(|r| r.strategies = vec![shown]);
         let refuse = |what: &str| work.update(|r| r.refuse(program, what, None));
         match decides(&found) {
             Some((true, true)) => work.update(|r| r.accepted = Some(Some(true))),
             Some((false, _)) => {
                 let worse = if played.is_great() { "less" } else { "more" };
-                let value = readable(f64::midpoint(found.lower, found.upper));
+                let value = readable(found.interval.middle());
                 let claim = readable(claim.to_f64());
                 refuse(&format!("the strategy attains {value}, {worse} than the {claim} that it claims"));
             }

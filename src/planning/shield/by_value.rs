@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::fault::{Check, in_range};
 use super::{Shield, ShieldAction, ShieldNode, ShieldVariable};
 use meliora_base::error::ensure;
+use meliora_base::interval::Interval;
 use meliora_model::Program;
 
 /// The kind of shields by value.
@@ -37,9 +38,8 @@ type Range = [f64; 2];
 impl ValueRule {
     /// Returns the safety of a value.
     fn safety(&self, [low, high]: Range) -> Range {
-        let down = |x: f64| if x > 0.0 && x < 1.0 { x.next_down() } else { x };
-        let up = |x: f64| if x > 0.0 && x < 1.0 { x.next_up() } else { x };
-        if self.maximises { [low, high] } else { [down(1.0 - high), up(1.0 - low)] }
+        let rest = Interval { lower: low, upper: high }.complement();
+        if self.maximises { [low, high] } else { [rest.lower, rest.upper] }
     }
 
     /// Returns the least safety of a permitted action of a state with this best safety. The number in a file is rounded.

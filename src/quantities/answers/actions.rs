@@ -3,10 +3,11 @@
 use bitvec::vec::BitVec;
 
 use crate::equations::arena::Arena;
-use crate::equations::number::{Bounds, Interval, Number, Weight};
 use crate::path_values::Value;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::{Bounds, Interval};
+use meliora_base::number::{Number, Weight};
 use meliora_model::State;
 use meliora_space::weighted::Walker;
 
@@ -85,14 +86,14 @@ fn mean(arena: &Arena<'_>, choice: usize, x: &[Value]) -> Bounds {
         Some(exact) => Interval::around(exact),
         None => terms.iter().fold(Interval::ZERO, rounded),
     };
-    Bounds { interval, exact }.at_most_one()
+    Bounds { interval, exact }.at_most(1.0)
 }
 
 /// Returns the bounds of a probability.
 fn bounds(value: &Value) -> Bounds {
     match value {
         Value::Finite(bounds) => {
-            let mut bounds = bounds.clone().at_most_one();
+            let mut bounds = bounds.clone().at_most(1.0);
             // The solver does not say that these are exact.
             if bounds.interval == Interval::ZERO || bounds.interval == Interval::ONE {
                 bounds.exact = Some(Ratio::from_integer((bounds.interval.lower as u8).into()));

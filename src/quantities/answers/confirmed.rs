@@ -4,13 +4,13 @@ use crate::answers::values::{Numbers, Values};
 use crate::equations::game_graph::opposite;
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
-use crate::equations::number::Interval;
 use crate::equations::solution::Solution;
 use crate::equations::system::{Fixed, Quantity};
 use crate::solvers::inductive::{Inductive, Side, Wanted};
 use crate::solvers::solved::Solved;
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
+use meliora_base::interval::Interval;
 use meliora_dump::bounds::{Bounds, Number, Row};
 use meliora_engine::Engine;
 

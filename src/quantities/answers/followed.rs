@@ -12,7 +12,6 @@ use num_traits::ToPrimitive;
 use crate::equations::arena::Arena;
 use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Interval, Number, Weight};
 use crate::path_values::Value;
 use crate::several::{Counted, Node, Taking};
 use crate::solvers::back::Back;
@@ -20,6 +19,8 @@ use crate::solvers::long_run::is_bottom;
 use crate::solvers::pairs::decided;
 use crate::solvers::reaching::{Collected, Reaching, Vector};
 use crate::solvers::sides::Sides;
+use meliora_base::interval::{Bounds, Interval};
+use meliora_base::number::{Number, Weight};
 
 /// The nodes of a strategy; each takes one step, with the chance of the strategy and of the model.
 pub struct Followed<'a> {

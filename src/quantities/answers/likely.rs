@@ -5,13 +5,14 @@ use crate::equations::codes::Codes;
 use crate::equations::game_graph::LOST;
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Interval, Number};
 use crate::equations::reached::{END, Growing, Reached};
 use crate::equations::solution::Solution;
 use crate::equations::source::{Walked, numbers_of};
 use crate::equations::system::Quantity;
 use crate::solvers::solve::solved;
 use meliora_base::error::Result;
+use meliora_base::interval::{Bounds, Interval};
+use meliora_base::number::Number;
 use meliora_engine::Engine;
 use meliora_model::{Program, State};
 use meliora_space::weighted::{Codec, Walker};
@@ -79,7 +80,7 @@ impl Likely {
             LOST => return Some(Bounds::point(0)),
             node => node,
         };
-        let known = self.solution.get(node).map(|x| Bounds::of(x).at_most_one());
+        let known = self.solution.get(node).map(|x| Bounds::of(x).at_most(1.0));
         let mut bounds = known.unwrap_or_else(|| Bounds::any(1.0));
         let [loss, _] = self.ties.as_ref().map_or([0.0; 2], |ties| ties.loss(node, 0));
         bounds.lose(loss);

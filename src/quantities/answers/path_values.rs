@@ -1,7 +1,7 @@
 //! Values of states.
 
-use crate::equations::number::{Bounds, Interval};
 use meliora_base::error::Result;
+use meliora_base::interval::{Bounds, Interval};
 
 /// A value of a state.
 #[derive(Debug, Clone, PartialEq)]

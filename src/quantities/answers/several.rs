@@ -12,12 +12,12 @@ use num_traits::{One, Signed, ToPrimitive, Zero};
 
 use crate::equations::arena::Arena;
 use crate::equations::meter::Meter;
-use crate::equations::number::Interval;
 use crate::solvers::hull::{mixed as mixed_shares, separated};
 use crate::solvers::outer::Outer;
 pub use crate::solvers::pairs::Counted;
 pub use crate::solvers::strategy::{Node, Taking};
 use crate::solvers::weighted::{Point, Weighted, rate};
+use meliora_base::interval::Interval;
 
 /// An objective.
 #[derive(Debug, Clone)]

@@ -3,10 +3,10 @@
 use crate::answers::path_values::{Answer, Value};
 use crate::answers::vector::{Accumulation, Computed, Until, computed, reward_of, until_of};
 use crate::equations::arena::{Arena, Extremes};
-use crate::equations::number::Interval;
 use crate::solvers::reaching::Vector;
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::temporal::{Asks, Condition};

@@ -6,8 +6,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Serialize, Serializer};
 
 use crate::by_goal::GainValues;
-use crate::{Aim, Bounds, ChoiceValues, Node, Values};
+use crate::{Aim, ChoiceValues, Node, Values};
 use meliora_base::error::Result;
+use meliora_base::interval::{Bounds, Interval};
 use meliora_engine::{Engine, NoProgress};
 use meliora_model::valuation::Valuation;
 use meliora_model::{Program, State};
@@ -89,16 +90,19 @@ impl Bound {
     /// Copies bounds; `exact` says whether fractions were asked for.
     pub fn new(bounds: &Bounds, exact: bool) -> Self {
         let fraction = bounds.exact.as_ref().filter(|_| exact).map(ToString::to_string);
-        Bound { lower: bounds.interval.lower, upper: bounds.interval.upper, exact: fraction }
+        Bound { exact: fraction, ..Bound::from(bounds.interval) }
     }
 
     /// Returns the width, divided by the value where that is above 1; 0 of a fraction, which may exceed all doubles.
     pub fn width(&self) -> f64 {
-        if self.lower == self.upper || self.exact.is_some() {
-            0.0
-        } else {
-            (self.upper - self.lower) / self.lower.max(1.0)
-        }
+        let Bound { lower, upper, .. } = *self;
+        if self.exact.is_some() { 0.0 } else { Interval { lower, upper }.relative_width() }
+    }
+}
+
+impl From<Interval> for Bound {
+    fn from(Interval { lower, upper }: Interval) -> Self {
+        Bound { lower, upper, exact: None }
     }
 }
 

@@ -17,10 +17,11 @@ use num_traits::{One, Zero};
 
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number, PRECISION};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Candidates, Quantity, System};
 use meliora_base::error::Result;
+use meliora_base::interval::{Interval, PRECISION};
+use meliora_base::number::Number;
 
 /// Attempts with candidates that lose less.
 const ATTEMPTS: usize = 3;
@@ -196,6 +197,11 @@ fn sum(a: f64, b: f64) -> f64 {
     if a + b == 0.0 { 0.0 } else { (a + b).next_up() }
 }
 
+/// Returns an upper bound of the amount by which a number exceeds another one.
+fn excess(a: f64, b: f64) -> f64 {
+    if a <= b { 0.0 } else { (a - b).next_up() }
+}
+
 /// The value that choices attain.
 enum Of {
     Probability,
@@ -224,9 +230,9 @@ impl Tied<'_> {
         let (own, value) = (self.solution.get(node)?, self.system.value(choice, self.solution)?);
         match self.system.quantity {
             Quantity::Cost(_) if value.exceeds(own) => None,
-            Quantity::Cost(_) => Some(value.high().excess(&own.high()).upper),
+            Quantity::Cost(_) => Some(excess(value.upper, own.upper)),
             _ if own.exceeds(&value) => None,
-            _ => Some(own.low().excess(&value.low()).upper),
+            _ => Some(excess(own.lower, value.lower)),
         }
     }
 }

@@ -6,13 +6,13 @@ use crate::equations::cost::Cost;
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Interval};
 use crate::equations::places::{Place, Places};
 use crate::solvers::horizon::Horizon;
 use crate::solvers::part::{self, Missing};
 use crate::solvers::solved::Solved;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::{Bounds, Interval};
 use meliora_engine::Engine;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Kind};
@@ -255,7 +255,7 @@ impl Values {
         }
         let known = on!(&self.numbers, solved => solved.probability(node.0, index));
         let known = known.filter(|_| !self.graph.is_frontier(node.0));
-        known.map_or_else(|| Bounds::any(1.0), Bounds::at_most_one)
+        known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
     }
 
     /// Returns C_k, the least expected cost until the k-th improvement; `None` where P_k < 1.
@@ -291,7 +291,7 @@ impl Values {
         let Some(index) = k.checked_sub(1) else { return Vec::new() };
         let probability = |choice: u32| {
             let known = on!(&self.numbers, s => s.choice_probability(&self.graph, choice, index));
-            known.map_or_else(|| Bounds::any(1.0), Bounds::at_most_one)
+            known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
         };
         let value = |choice: u32| {
             let cost = on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index));

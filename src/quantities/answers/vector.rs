@@ -7,13 +7,14 @@ use bitvec::vec::BitVec;
 
 use crate::equations::arena::{Arena, Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Interval, Number};
 use crate::path_values::{Answer, Value};
 use crate::solvers::back::Back;
 use crate::solvers::reaching::{Collected, Reaching, Vector};
 use crate::solvers::{if_reached, long_run};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::{Bounds, Interval};
+use meliora_base::number::Number;
 
 /// The paths that reach a state of `right` through states of `left`, after at least `least` and at most `most` steps.
 #[derive(Debug, Clone)]
@@ -187,8 +188,7 @@ pub(crate) fn computed(
         return exact().map(Computed::Exact);
     }
     let found = bounds()?;
-    let width = |x: &Interval| x.width() / x.lower.max(1.0);
-    let is_narrow = found.values.iter().flatten().all(|x| width(x) <= precision);
+    let is_narrow = found.values.iter().flatten().all(|x| x.relative_width() <= precision);
     if is_narrow || found.end.is_err() {
         return Ok(Computed::Near(found));
     }
@@ -218,11 +218,7 @@ impl<N: Number> Vector<N> {
     pub(crate) fn answer(self, most: f64) -> Answer {
         let value = |x: Option<N>| match x {
             None => Value::Infinite,
-            Some(x) => {
-                let mut bounds = Bounds::of(&x);
-                bounds.interval.upper = bounds.interval.upper.min(most);
-                Value::Finite(bounds)
-            }
+            Some(x) => Value::Finite(Bounds::of(&x).at_most(most)),
         };
         Answer { values: self.values.into_iter().map(value).collect(), end: self.end }
     }

@@ -10,7 +10,6 @@
 //! | `graph`, `narrow` | numbered nodes, choices, edges, in few bytes |
 //! | [`cost`] | what a step costs: steps, or a reward structure |
 //! | `system`, `solution` | the one form of equations, for each quantity and level, and their solutions |
-//! | `number` | intervals with outward rounding, and fractions |
 //! | `reached` | the graph of the states that some states reach |
 
 pub mod arena;
@@ -24,7 +23,6 @@ pub mod game_graph;
 pub(crate) mod graph;
 pub(crate) mod meter;
 pub(crate) mod narrow;
-pub(crate) mod number;
 pub(crate) mod places;
 pub(crate) mod reached;
 pub(crate) mod solution;

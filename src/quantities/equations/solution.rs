@@ -2,8 +2,8 @@
 
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::Number;
 use meliora_base::error::Result;
+use meliora_base::number::Number;
 
 /// The solution of one system of equations, as far as it is known.
 #[derive(Debug)]

@@ -11,10 +11,11 @@ use crate::equations::game_graph::{Edge, Extremes, GameGraph, LOST, Rewards};
 use crate::equations::graph::{Graph, Rank};
 use crate::equations::meter::Meter;
 use crate::equations::narrow::Narrow;
-use crate::equations::number::{Interval, Number};
 use crate::equations::solution::{Members, Rest, Solution};
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
+use meliora_base::number::Number;
 use meliora_model::Optimum;
 
 /// A method; see [`crate`].

@@ -5,8 +5,8 @@ use bitvec::vec::BitVec;
 use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::Number;
 use meliora_base::error::Result;
+use meliora_base::number::Number;
 
 /// The equations of one step as numbers.
 pub(crate) struct Back<'a, N> {
@@ -55,25 +55,23 @@ impl<'a, N: Number> Back<'a, N> {
     /// Returns the optimum of the choices of a state for the values `x` after them; `each` gets the value of each choice.
     fn best(&self, state: usize, x: &[N], mut each: impl FnMut(usize, &N)) -> N {
         let greatest = self.maximisers[state];
-        let mut best: Option<(N, N)> = None;
+        let mut best: Option<N> = None;
         for choice in self.game.choices.of(state as u32) {
             let q = self.mean(choice, x);
             each(choice, &q);
-            let (low, high) = (q.low(), q.high());
             best = Some(match best {
-                None => (low, high),
-                Some((a, b)) if greatest => (a.or_greater(low), b.or_greater(high)),
-                Some((a, b)) => (a.or_smaller(low), b.or_smaller(high)),
+                None => q,
+                Some(best) => best.extreme(q, greatest),
             });
         }
-        best.map_or_else(N::zero, |(low, high)| N::between(&low, &high))
+        best.unwrap_or_else(N::zero)
     }
 
     /// Returns a choice that is best in a state for the values `x` after it, and the optimum: `known` unless another one is
     /// certainly better, else the first one. [`NONE`] without choices.
     pub(crate) fn pick(&self, state: usize, x: &[N], known: u32) -> (u32, N) {
         let greatest = self.maximisers[state];
-        let is_better = |a: &N, b: &N| if greatest { a.exceeds(b) } else { b.exceeds(a) };
+        let is_better = |a: &N, b: &N| a.beats(b, greatest);
         let (mut picked, mut of_known): (Option<(u32, N)>, Option<N>) = (None, None);
         let value = self.best(state, x, |choice, q| {
             if choice as u32 == known {

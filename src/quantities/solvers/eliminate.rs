@@ -10,82 +10,50 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::equations::meter::{Meter, Stop, Turn};
-use crate::equations::number::Weight;
 use meliora_base::error::Result;
-
-/// The constant b_i of a row, or several of them: then the equations are solved for each.
-pub(crate) trait Constant<N>: Clone {
-    fn zero() -> Self;
-    /// Returns this constant plus a multiple of another one.
-    fn plus_times(&self, factor: &N, other: &Self) -> Self;
-    fn over(&self, divisor: &N) -> Self;
-}
-
-impl<N: Weight> Constant<N> for N {
-    fn zero() -> Self {
-        N::zero()
-    }
-
-    fn plus_times(&self, factor: &N, other: &Self) -> Self {
-        self.plus(&factor.times(other))
-    }
-
-    fn over(&self, divisor: &N) -> Self {
-        Weight::over(self, divisor)
-    }
-}
-
-/// A constant per equation; an empty list stands for zeros.
-impl<N: Weight> Constant<N> for Vec<N> {
-    fn zero() -> Self {
-        Vec::new()
-    }
-
-    fn plus_times(&self, factor: &N, other: &Self) -> Self {
-        let at = |list: &Self, at: usize| list.get(at).cloned().unwrap_or_else(N::zero);
-        let sum = |place: usize| at(self, place).plus(&factor.times(&at(other, place)));
-        (0..self.len().max(other.len())).map(sum).collect()
-    }
-
-    fn over(&self, divisor: &N) -> Self {
-        self.iter().map(|x| Weight::over(x, divisor)).collect()
-    }
-}
+use meliora_base::number::Weight;
 
 /// The row of a node: its edges to other nodes, sorted, and the probability to leave the chain.
 #[derive(Debug, Clone)]
-pub(crate) struct Row<N, C = N> {
+pub(crate) struct Row<N> {
     pub(crate) edges: Vec<(u32, N)>,
     pub(crate) escape: N,
-    pub(crate) constant: C,
 }
 
-impl<N: Weight, C> Row<N, C> {
+impl<N: Weight> Row<N> {
     /// Returns d, the probability to leave the node.
     pub(crate) fn leaving(&self) -> N {
         self.edges.iter().fold(self.escape.clone(), |sum, (_, p)| sum.plus(p))
     }
 }
 
-/// Solves the equations. `left` is the work that may be done, and then the rest of it.
+/// Solves the equations for the constants b: one of each row, or as many of each, one row after the other; the solutions
+/// have the same form. `left` is the work that may be done, and then the rest of it.
 ///
 /// # Errors
 /// Some node cannot leave the chain: never; more work is needed than is left: later; a limit is reached.
-pub(crate) fn solve<N: Weight, C: Constant<N>>(
-    rows: Vec<Row<N, C>>,
+pub(crate) fn solve<N: Weight>(
+    rows: Vec<Row<N>>,
+    constants: Vec<N>,
     left: &mut usize,
     meter: &mut Meter<'_>,
-) -> Turn<Vec<C>> {
+) -> Turn<Vec<N>> {
     let before = meter.bytes();
-    let end = Elimination::new(rows, meter).map_err(Stop::from).and_then(|mut work| work.run(left, meter));
+    let end = Elimination::new(rows, constants, meter)
+        .map_err(Stop::from)
+        .and_then(|mut work| work.run(left, meter));
     meter.release_to(before);
     end
 }
 
 /// The elimination of the nodes of a chain, those with few neighbours first. Memory and time depend on the entries that
 /// fill in.
-struct Elimination<N, C> {
-    rows: Vec<Row<N, C>>,
+struct Elimination<N> {
+    rows: Vec<Row<N>>,
+    /// The constants of the rows, and at the end the solution.
+    constants: Vec<N>,
+    /// The number of constants of each row.
+    per_row: usize,
     /// The nodes that have an edge to a node, with some that had one.
     sources: Vec<Vec<u32>>,
     done: Vec<bool>,
@@ -101,22 +69,26 @@ struct Elimination<N, C> {
     spare: Vec<(u32, N)>,
 }
 
-impl<N: Weight, C: Constant<N>> Elimination<N, C> {
+impl<N: Weight> Elimination<N> {
     /// Starts with the rows of all nodes.
     ///
     /// # Errors
     /// A limit is reached.
-    fn new(rows: Vec<Row<N, C>>, meter: &mut Meter<'_>) -> Result<Self> {
+    fn new(rows: Vec<Row<N>>, constants: Vec<N>, meter: &mut Meter<'_>) -> Result<Self> {
         let mut sources = vec![Vec::new(); rows.len()];
         for (node, row) in (0..).zip(&rows) {
             row.edges.iter().for_each(|&(to, _)| sources[to as usize].push(node));
         }
         let n = rows.len();
         let entries: usize = rows.iter().map(|row| row.edges.len()).sum();
-        let bytes = entries * (N::BYTES + 12) + n * (size_of::<Row<N, C>>() + N::BYTES + 64);
+        let bytes = entries * (N::BYTES + 12)
+            + n * (size_of::<Row<N>>() + N::BYTES + 64)
+            + constants.len() * N::BYTES;
         meter.take(bytes)?;
         let mut work = Elimination {
+            per_row: constants.len() / n.max(1),
             rows,
+            constants,
             sources,
             done: vec![false; n],
             queue: BinaryHeap::new(),
@@ -139,7 +111,7 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
     /// # Errors
     /// Some node cannot leave the chain: never; more work is needed than is left: later; a limit
     /// is reached.
-    fn run(&mut self, left: &mut usize, meter: &mut Meter<'_>) -> Turn<Vec<C>> {
+    fn run(&mut self, left: &mut usize, meter: &mut Meter<'_>) -> Turn<Vec<N>> {
         while let Some(Reverse((_, Reverse(node)))) = self.queue.pop() {
             let cost = self.cost(node);
             // The cost may have grown since the node was queued.
@@ -164,10 +136,8 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
 
     /// Replaces the edges into a node by its own edges.
     fn eliminate(&mut self, node: u32, leaving: N, meter: &mut Meter<'_>) -> Result<()> {
-        let row = std::mem::replace(
-            &mut self.rows[node as usize],
-            Row { edges: Vec::new(), escape: N::zero(), constant: C::zero() },
-        );
+        let row =
+            std::mem::replace(&mut self.rows[node as usize], Row { edges: Vec::new(), escape: N::zero() });
         let mut sources = std::mem::take(&mut self.sources[node as usize]);
         sources.sort_unstable();
         sources.dedup();
@@ -187,17 +157,17 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
         &mut self,
         source: u32,
         node: u32,
-        row: &Row<N, C>,
+        row: &Row<N>,
         leaving: &N,
         meter: &mut Meter<'_>,
     ) -> Result<()> {
         let Ok(position) = self.rows[source as usize].edges.binary_search_by_key(&node, |edge| edge.0) else {
             return Ok(());
         };
+        let factor = self.rows[source as usize].edges.remove(position).1.over(leaving);
+        self.add_constants(source, &factor, node);
         let own = &mut self.rows[source as usize];
-        let factor = own.edges.remove(position).1.over(leaving);
         own.escape = own.escape.plus(&factor.times(&row.escape));
-        own.constant = own.constant.plus_times(&factor, &row.constant);
         let before = own.edges.len();
         let edges = &mut self.spare;
         let mut old = own.edges.drain(..).peekable();
@@ -221,18 +191,25 @@ impl<N: Weight, C: Constant<N>> Elimination<N, C> {
         meter.take(grown)
     }
 
-    /// Computes the solution from the last eliminated node to the first.
-    fn substitute(&self) -> Vec<C> {
-        let mut x = vec![C::zero(); self.rows.len()];
-        for &node in self.order.iter().rev() {
-            let row = &self.rows[node as usize];
-            let sum = row
-                .edges
-                .iter()
-                .fold(row.constant.clone(), |sum, (to, p)| sum.plus_times(p, &x[*to as usize]));
-            x[node as usize] = sum.over(&self.leaving[node as usize]);
+    /// Adds a multiple of the constants of a row to those of another one.
+    fn add_constants(&mut self, to: u32, factor: &N, from: u32) {
+        let [to, from] = [to, from].map(|row| row as usize * self.per_row);
+        for at in 0..self.per_row {
+            self.constants[to + at] = self.constants[to + at].plus(&factor.times(&self.constants[from + at]));
         }
-        x
+    }
+
+    /// Computes the solution from the last eliminated node to the first.
+    fn substitute(&mut self) -> Vec<N> {
+        for node in std::mem::take(&mut self.order).into_iter().rev() {
+            let row = std::mem::take(&mut self.rows[node as usize].edges);
+            row.iter().for_each(|(to, p)| self.add_constants(node, p, *to));
+            let own = node as usize * self.per_row;
+            for x in &mut self.constants[own..own + self.per_row] {
+                *x = x.over(&self.leaving[node as usize]);
+            }
+        }
+        std::mem::take(&mut self.constants)
     }
 }
 
@@ -243,19 +220,16 @@ mod tests {
 
     /// Each of three nodes leads to the others and out of the chain, with the value 1.
     fn rows() -> Vec<Row<f64>> {
-        let row = |i: u32| Row {
-            edges: (0..3).filter(|&j| j != i).map(|j| (j, 0.25)).collect(),
-            escape: 0.5,
-            constant: 0.5,
-        };
+        let row =
+            |i: u32| Row { edges: (0..3).filter(|&j| j != i).map(|j| (j, 0.25)).collect(), escape: 0.5 };
         (0..3).map(row).collect()
     }
 
     #[test]
     fn elimination_ends_where_its_work_is_used_up() {
         let meter = &mut Meter::unlimited(&NoProgress);
-        assert!(matches!(solve(rows(), &mut 3, meter), Err(Stop::Later)));
-        let x = solve(rows(), &mut 100, meter).unwrap();
+        assert!(matches!(solve(rows(), vec![0.5; 3], &mut 3, meter), Err(Stop::Later)));
+        let x = solve(rows(), vec![0.5; 3], &mut 100, meter).unwrap();
         assert!(x.iter().all(|x| (x - 1.0).abs() < 1e-12), "{x:?}");
     }
 }

@@ -7,13 +7,14 @@ use crate::equations::choices::Choices;
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{End, System};
 use crate::solvers::components::{self, EndComponents};
 use crate::solvers::eliminate::Row;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
+use meliora_base::number::{Number, Weight};
 use meliora_model::Optimum;
 
 /// The part of the greatest value by which an action must be better, for doubles: more than the error of elimination in
@@ -24,96 +25,66 @@ pub(crate) const BETTER: f64 = 1e-12;
 pub(crate) trait Entry: Weight + PartialOrd {
     /// The numbers with which rows are computed.
     type Read: Number;
-    const EXACT: bool;
-    /// Returns a fraction of the graph.
-    fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Self::Read;
-    /// Returns what a choice gains or pays, whatever follows.
-    fn gain<N: Number>(system: &System<'_, N>, choice: u32) -> Option<Self::Read>;
-    /// Returns the lower and the upper bound of a number; the upper one is finite for fractions.
+    /// Returns a fraction of the graph, of which a system has a number of its own.
+    fn of_graph<N: Number>(exact: &Ratio, own: &N) -> Self::Read;
+    /// Returns the lower and the upper bound of a number; an infinite one is 0 as a fraction.
     fn read<N: Number>(number: &N) -> (Self::Read, Self::Read);
     /// Returns the lower bound of a number.
     fn of(read: &Self::Read) -> Self;
-    fn one() -> Self;
-    fn is_finite(&self) -> bool;
-    /// Returns the bits of a double; `None` for a fraction.
-    fn bits(&self) -> Option<u64>;
-    /// Returns the amount by which a choice must be better if it has these values: more than rounding adds up to.
-    fn slack(x: &[Self]) -> Self;
+    /// Returns the double; `None` for a fraction.
+    fn double(&self) -> Option<f64>;
 }
 
 impl Entry for Ratio {
     type Read = Ratio;
-    const EXACT: bool = true;
 
-    fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Ratio {
-        system.game.fractions()[position as usize].clone()
-    }
-
-    fn gain<N: Number>(system: &System<'_, N>, choice: u32) -> Option<Ratio> {
-        system.exact_gain(choice).cloned()
+    fn of_graph<N: Number>(exact: &Ratio, _: &N) -> Ratio {
+        exact.clone()
     }
 
     fn read<N: Number>(number: &N) -> (Ratio, Ratio) {
-        number.fractions()
+        let Interval { lower, upper } = match number.exact() {
+            Some(exact) => return (exact.clone(), exact.clone()),
+            None => number.bounds(),
+        };
+        let exact = |x: f64| Ratio::from_float(x).unwrap_or_default();
+        (exact(lower), exact(upper))
     }
 
     fn of(read: &Ratio) -> Self {
         read.clone()
     }
 
-    fn one() -> Self {
-        Number::one()
-    }
-
-    fn is_finite(&self) -> bool {
-        true
-    }
-
-    fn bits(&self) -> Option<u64> {
+    fn double(&self) -> Option<f64> {
         None
-    }
-
-    fn slack(_: &[Self]) -> Self {
-        Weight::zero()
     }
 }
 
 impl Entry for f64 {
     type Read = Interval;
-    const EXACT: bool = false;
 
-    fn fraction<N: Number>(system: &System<'_, N>, position: u32) -> Interval {
-        system.fractions[position as usize].bounds()
-    }
-
-    fn gain<N: Number>(system: &System<'_, N>, choice: u32) -> Option<Interval> {
-        system.gain(choice).map(N::bounds)
+    fn of_graph<N: Number>(_: &Ratio, own: &N) -> Interval {
+        own.bounds()
     }
 
     fn read<N: Number>(number: &N) -> (Interval, Interval) {
-        let Interval { lower, upper } = number.bounds();
-        (Interval::point(lower), Interval::point(upper))
+        let bounds = number.bounds();
+        (bounds.low(), bounds.high())
     }
 
     fn of(read: &Interval) -> Self {
         read.lower
     }
 
-    fn one() -> Self {
-        1.0
+    fn double(&self) -> Option<f64> {
+        Some(*self)
     }
+}
 
-    fn is_finite(&self) -> bool {
-        f64::is_finite(*self)
-    }
-
-    fn bits(&self) -> Option<u64> {
-        Some(self.to_bits())
-    }
-
-    fn slack(x: &[Self]) -> Self {
-        BETTER * greatest(x)
-    }
+/// Returns the amount by which an action of doubles must be better if the groups have these values: more than rounding
+/// adds up to.
+pub(crate) fn slack(x: &[f64]) -> f64 {
+    BETTER * greatest(x)
 }
 
 /// Returns the greatest distance from 0.
@@ -123,10 +94,10 @@ pub(crate) fn greatest(x: &[f64]) -> f64 {
 
 /// The equation of a choice.
 pub(crate) struct Equation<N> {
-    /// The edges to other groups, the probability to leave the component, and the lower bound of the
-    /// constant.
+    /// The edges to other groups, and the probability to leave the component.
     pub(crate) row: Row<N>,
-    /// The upper bound of the constant.
+    /// The bounds of the constant.
+    pub(crate) low: N,
     pub(crate) high: N,
     /// True if the row has all edges of the choice: none leads back to its group.
     pub(crate) whole: bool,
@@ -139,8 +110,8 @@ pub(crate) struct Equation<N> {
 impl<N: Number> Equation<N> {
     /// Creates the equation of nothing.
     pub(crate) fn empty() -> Self {
-        let row = Row { edges: Vec::new(), escape: N::zero(), constant: N::zero() };
-        Equation { row, high: N::zero(), whole: true, most: 0.0, width: 0.0 }
+        let row = Row { edges: Vec::new(), escape: N::zero() };
+        Equation { row, low: N::zero(), high: N::zero(), whole: true, most: 0.0, width: 0.0 }
     }
 
     /// Forgets the equation; its memory is used again.
@@ -163,14 +134,14 @@ impl<N: Number> Equation<N> {
         self.pay(&p.times(&low), &p.times(&high));
         self.row.escape = self.row.escape.plus(&p);
         if !N::EXACT {
-            let value = N::between(&low, &high).bounds();
+            let value = Interval { lower: low.bounds().lower, upper: high.bounds().upper };
             self.most = self.most.max(value.upper);
             self.width = self.width.max(value.width());
         }
     }
 
     fn pay(&mut self, low: &N, high: &N) {
-        self.row.constant = self.row.constant.plus(low).low();
+        self.low = self.low.plus(low).low();
         self.high = self.high.plus(high).high();
     }
 
@@ -348,11 +319,12 @@ impl<'n> Groups<'n> {
         equation: &mut Equation<E::Read>,
     ) {
         equation.clear();
-        if let Some(gain) = E::gain(system, choice) {
-            equation.gain(&gain);
+        if let Some((exact, own)) = system.exact_gain(choice).zip(system.gain(choice)) {
+            equation.gain(&E::of_graph(exact, own));
         }
         for edge in system.game.edges(choice) {
-            let p = E::fraction(system, edge.probability());
+            let at = edge.probability() as usize;
+            let p = E::of_graph(&system.game.fractions()[at], &system.fractions[at]);
             let is_bonus = system.bonus(edge);
             match system.end(edge, solution) {
                 End::Known(value) => {

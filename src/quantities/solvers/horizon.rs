@@ -5,8 +5,9 @@ use ahash::AHashMap;
 use crate::equations::game_graph::LOST;
 use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Weight};
 use meliora_base::error::Result;
+use meliora_base::interval::Interval;
+use meliora_base::number::Weight;
 
 /// The curves of some nodes.
 #[derive(Debug, Default)]

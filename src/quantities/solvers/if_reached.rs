@@ -17,7 +17,7 @@ use super::reaching::{Collected, Reaching, Vector};
 use super::sides::Sides;
 use crate::equations::game_graph::{Edge, Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::Number;
+use meliora_base::number::Number;
 
 /// Computes the values of all states; those without bound have none. Cost: two systems of equations with fractions, and
 /// one of the pairs of a state and a reward below B.

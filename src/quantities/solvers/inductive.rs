@@ -24,12 +24,12 @@ use num_traits::{One, Zero};
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::{Meter, Stop};
-use crate::equations::number::Interval;
 use crate::equations::solution::Solution;
 use crate::equations::system::{Fixed, Quantity, System};
 use crate::solvers::groups::Groups;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
 use meliora_dump::bounds::{MOST_BITS, Number};
 use meliora_model::Optimum;
 

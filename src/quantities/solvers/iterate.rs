@@ -20,9 +20,9 @@
 
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop, Turn};
-use crate::equations::number::PRECISION;
 use crate::solvers::policies::{MARGIN, SWEEPS};
 use crate::solvers::rows::{GroupBounds, Rows, TINY};
+use meliora_base::interval::PRECISION;
 
 /// The relative width of the bounds that are sought, and the part that is added to a candidate.
 const WIDTH: f64 = 1e-9;
@@ -358,15 +358,12 @@ mod tests {
     /// Returns the values of a policy by elimination with doubles.
     fn values(sparse: &Rows<f64>, policy: &[u32]) -> Vec<f64> {
         let row = |&action: &u32| {
-            let &Constant { low, escape, .. } = sparse.constant(action as usize);
-            Row {
-                edges: sparse.row(action as usize).map(|(to, p)| (to, *p)).collect(),
-                escape,
-                constant: low,
-            }
+            let escape = sparse.constant(action as usize).escape;
+            Row { edges: sparse.row(action as usize).map(|(to, p)| (to, *p)).collect(), escape }
         };
+        let constants = policy.iter().map(|&action| sparse.constant(action as usize).low).collect();
         let (rows, mut left) = (policy.iter().map(row).collect(), usize::MAX);
-        eliminate::solve(rows, &mut left, &mut Meter::unlimited(&NoProgress)).unwrap()
+        eliminate::solve(rows, constants, &mut left, &mut Meter::unlimited(&NoProgress)).unwrap()
     }
 
     #[test]

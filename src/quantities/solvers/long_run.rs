@@ -18,12 +18,13 @@ use crate::equations::choices::Choices;
 use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop};
-use crate::equations::number::{Interval, Number};
 use crate::equations::solution::{Members, Rest, Solution};
 use crate::equations::system::{Quantity, Sets, System};
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
+use meliora_base::number::Number;
 use meliora_model::Optimum;
 
 /// The relative distance of the bounds of an average at which iteration ends.
@@ -89,8 +90,9 @@ fn reached<N: Number>(
     let nodes = extended.states();
     let [all, permitted] = [nodes, extended.choices_in_all()].map(|count| BitVec::repeat(true, count));
     let is_max = optimum == Optimum::Max;
-    let better = |a: &N, b: &N| if is_max { a.high().exceeds(&b.high()) } else { b.low().exceeds(&a.low()) };
-    let Some(best) = averages.iter().reduce(|best, x| if better(x, best) { x } else { best }) else {
+    let side = |x: &N| if is_max { x.high() } else { x.low() };
+    let better = |best, x| if side(x).beats(&side(best), is_max) { x } else { best };
+    let Some(best) = averages.iter().reduce(better) else {
         return Ok(Vector { values: Vec::new(), end: Ok(()) });
     };
     let exits = |is_wanted: &dyn Fn(&N) -> bool| -> BitVec {
@@ -242,14 +244,16 @@ impl<'a, N: Number> Inside<'a, N> {
                 }
             }
             edges.sort_unstable_by_key(|edge| edge.0);
-            Row { edges, escape, constant: vec![self.gain(choice).clone(), N::one()] }
+            Row { edges, escape }
         };
         let (rows, mut left) = (others().map(row).collect(), usize::MAX);
-        let values = eliminate::solve(rows, &mut left, meter).map_err(|stop| match stop {
+        let gain = |&member: &u32| [self.gain(policy[member as usize]).clone(), N::one()];
+        let gains = others().flat_map(gain).collect();
+        let values = eliminate::solve(rows, gains, &mut left, meter).map_err(|stop| match stop {
             Stop::Limit(error) => error,
             _ => Limit::Size { what: "the average of a component has no value".to_owned() }.into(),
         })?;
-        let known = |member: u32| values.get(at[member as usize] as usize);
+        let known = |member: u32| values.as_chunks::<2>().0.get(at[member as usize] as usize);
         let [mut sum, mut steps] = [self.gain(policy[reference]).clone(), N::one()];
         for (to, p) in self.edges(policy[reference]) {
             if let Some(values) = known(to) {
@@ -258,7 +262,7 @@ impl<'a, N: Number> Inside<'a, N> {
             }
         }
         let until = |member: u32| match known(member) {
-            Some(values) => [values[0].clone(), values[1].clone()],
+            Some(values) => values.clone(),
             None => [N::zero(), N::zero()],
         };
         Ok(Evaluated { average: sum.over(&steps), until: (0..policy.len() as u32).map(until).collect() })
@@ -266,7 +270,7 @@ impl<'a, N: Number> Inside<'a, N> {
 
     /// Returns the best average by relative value iteration.
     fn iterated(&self, optimum: Optimum, meter: &mut Meter<'_>) -> Result<N> {
-        let middle = |x: &N| f64::midpoint(x.bounds().lower, x.bounds().upper);
+        let middle = |x: &N| x.bounds().middle();
         let [probabilities, gains] =
             [self.probabilities, self.gains].map(|list| list.iter().map(middle).collect::<Vec<f64>>());
         let mean = |choice: u32, v: &[f64]| {
@@ -314,10 +318,7 @@ impl<'a, N: Number> Inside<'a, N> {
                 let sum = |sum: N, (to, p): (u32, &N)| sum.plus(&p.times(&value(to)));
                 self.edges(choice).fold(self.gain(choice).clone(), sum).bounds()
             };
-            let both = |a: Interval, b: Interval| match optimum {
-                Optimum::Max => Interval { lower: a.lower.max(b.lower), upper: a.upper.max(b.upper) },
-                Optimum::Min => Interval { lower: a.lower.min(b.lower), upper: a.upper.min(b.upper) },
-            };
+            let both = |a: Interval, b: Interval| a.extreme(b, optimum == Optimum::Max);
             let Some(best) = choices.iter().map(mean).reduce(both) else { continue };
             lower = lower.min((best.lower - own).next_down());
             upper = upper.max((best.upper - own).next_up());
@@ -331,7 +332,6 @@ impl<'a, N: Number> Inside<'a, N> {
     /// surely. The next one has a better average, or the same with better rewards until then, so none returns.
     fn improved(&self, mut policy: Vec<u32>, optimum: Optimum, meter: &mut Meter<'_>) -> Result<N> {
         let all: Vec<u32> = (0..policy.len() as u32).collect();
-        let better = |a: &N, b: &N| if optimum == Optimum::Max { a.exceeds(b) } else { b.exceeds(a) };
         loop {
             let reference = self.best_bottom(&policy, optimum, meter)?;
             self.lead(&mut policy, reference);
@@ -351,7 +351,7 @@ impl<'a, N: Number> Inside<'a, N> {
                 let mut taken = sides(policy[member]);
                 for &choice in choices {
                     let other = sides(choice);
-                    if better(&other.0.plus(&taken.1), &taken.0.plus(&other.1)) {
+                    if other.0.plus(&taken.1).beats(&taken.0.plus(&other.1), optimum == Optimum::Max) {
                         (policy[member], taken, changed) = (choice, other, true);
                     }
                 }
@@ -382,11 +382,7 @@ impl<'a, N: Number> Inside<'a, N> {
                 continue;
             }
             let average = self.evaluated(policy, component, component[0] as usize, meter)?.average;
-            let is_better = best.as_ref().is_none_or(|(best, _)| match optimum {
-                Optimum::Max => average.exceeds(best),
-                Optimum::Min => best.exceeds(&average),
-            });
-            if is_better {
+            if best.as_ref().is_none_or(|(best, _)| average.beats(best, optimum == Optimum::Max)) {
                 best = Some((average, component[0]));
             }
         }

@@ -15,10 +15,10 @@ use meliora_model::Optimum;
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{EVERY, Graph, NONE};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, PRECISION};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, System};
 use crate::solvers::solved::Solved;
+use meliora_base::interval::{Interval, PRECISION};
 
 /// The nodes that a part of a graph lacks for the values of some nodes.
 #[derive(Debug)]
@@ -207,6 +207,6 @@ impl<'a> Part<'a> {
     /// Returns whether the bounds of a value are narrow.
     fn is_narrow(&mut self, quantity: Quantity, node: u32) -> bool {
         let value = self.solution(quantity).and_then(|own| own.get(node).copied());
-        value.is_some_and(|value| value.width() <= PRECISION * value.lower.max(1.0))
+        value.is_some_and(|value| value.relative_width() <= PRECISION)
     }
 }

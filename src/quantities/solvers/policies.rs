@@ -23,11 +23,12 @@
 //! is wide, fractions are needed.
 
 use crate::equations::meter::{Meter, Stop, Turn};
-use crate::solvers::eliminate::{self, Constant, Row};
-use crate::solvers::groups::{Entry, greatest};
+use crate::solvers::eliminate::{self, Row};
+use crate::solvers::groups::{Entry, greatest, slack};
 use crate::solvers::rows::{GroupBounds, Rows, TINY};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_base::number::{Number, Weight};
 use meliora_model::Optimum;
 
 /// Changes of a policy of doubles after which it is not expected to settle, and sweeps that are worth one change.
@@ -108,7 +109,7 @@ impl<'r, N: Entry> Policies<'r, N> {
                 }
                 end => end?,
             };
-            if !x.iter().all(N::is_finite) {
+            if x.iter().filter_map(N::double).any(|x| !x.is_finite()) {
                 return Err(Stop::Never);
             }
             let (slack, mut changed) = (slack(&x), false);
@@ -147,7 +148,8 @@ impl<'r, N: Entry> Policies<'r, N> {
         for _ in 0..sweeps::<N>() {
             let mut settled = true;
             for &group in &groups {
-                for action in rows.actions(group).filter(|_| rows.actions(group).len() > 1 || !N::EXACT) {
+                for action in rows.actions(group).filter(|_| rows.actions(group).len() > 1 || !N::Read::EXACT)
+                {
                     meter.step()?;
                     let q = rows.value(action, &constants[action], &x);
                     let is_better = match rows.optima[group] {
@@ -187,21 +189,19 @@ impl<'r, N: Entry> Policies<'r, N> {
         }
     }
 
-    /// Returns the values of the policy for some constants of the actions.
+    /// Returns the values of the policy for some constants of the actions: one or several of each.
     ///
     /// # Errors
     /// Some group cannot leave the component; more work is needed than is left; a limit is reached.
-    pub(crate) fn evaluate<C: Constant<N>>(
-        &mut self,
-        constants: &[C],
-        meter: &mut Meter<'_>,
-    ) -> Turn<Vec<C>> {
+    pub(crate) fn evaluate(&mut self, constants: &[N], meter: &mut Meter<'_>) -> Turn<Vec<N>> {
         let row = |&action: &usize| Row {
             edges: self.rows.row(action).map(|(to, p)| (to, p.clone())).collect(),
             escape: self.rows.constant(action).escape.clone(),
-            constant: constants[action].clone(),
         };
-        eliminate::solve(self.policy.iter().map(row).collect(), &mut self.left, meter)
+        let per_row = constants.len() / self.rows.choices.len().max(1);
+        let own = |&action: &usize| &constants[action * per_row..(action + 1) * per_row];
+        let own = self.policy.iter().flat_map(own).cloned().collect();
+        eliminate::solve(self.policy.iter().map(row).collect(), own, &mut self.left, meter)
     }
 }
 
@@ -220,11 +220,11 @@ impl Policies<'_, Ratio> {
         // No policy of the leading side is beyond the values on the side of its optimum.
         let upper = self.rows.leader == Optimum::Max;
         let [best, other] = [upper, !upper].map(|side| self.rows.constants(side));
-        let x = self.improve(&best, Ratio::slack, meter)?;
+        let x = self.improve(&best, |_| Ratio::zero(), meter)?;
         if !self.rows.proceeds(&self.policy, meter)? {
             return Err(Stop::Never);
         }
-        let own = if best == other { x.clone() } else { self.answered(&other, Ratio::slack, meter)? };
+        let own = if best == other { x.clone() } else { self.answered(&other, |_| Ratio::zero(), meter)? };
         let (low, high) = if upper { (own, x) } else { (x, own) };
         Ok(GroupBounds { low, high, picks: self.picks() })
     }
@@ -241,14 +241,14 @@ impl Policies<'_, f64> {
         }
         self.begin(seen, budget, meter)?;
         let upper = self.rows.leader == Optimum::Max;
-        let x = self.improve(&self.rows.constants(upper), f64::slack, meter)?;
+        let x = self.improve(&self.rows.constants(upper), slack, meter)?;
         let mut margin = MARGIN * (self.rows.error * greatest(&x) + TINY);
         loop {
             let best = self.with_margin(upper, margin);
             let mut x = self.improve(&best, |_| margin / MARGIN, meter)?;
             let other = self.with_margin(!upper, margin);
             let mut own = self.answered(&other, |_| margin / MARGIN, meter)?;
-            if !own.iter().all(Entry::is_finite) {
+            if !own.iter().all(|x| x.is_finite()) {
                 return Err(Stop::Never);
             }
             self.smooth(&best, &mut x, meter)?;
@@ -311,12 +311,12 @@ impl Policies<'_, f64> {
 
 /// Returns the number of changes of a policy after which it is not expected to settle: fractions always do.
 pub(crate) fn rounds<N: Entry>() -> usize {
-    if N::EXACT { usize::MAX } else { ROUNDS }
+    if N::Read::EXACT { usize::MAX } else { ROUNDS }
 }
 
 /// Returns the number of sweeps of value iteration between two evaluations of policies: fractions would become long.
 pub(crate) fn sweeps<N: Entry>() -> usize {
-    if N::EXACT { 1 } else { SWEEPS }
+    if N::Read::EXACT { 1 } else { SWEEPS }
 }
 
 #[cfg(test)]

@@ -8,10 +8,11 @@ use bitvec::vec::BitVec;
 use super::sides::Sides;
 use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, Sets, System};
 use meliora_base::error::Result;
+use meliora_base::interval::Interval;
+use meliora_base::number::Number;
 
 /// The sum that a path collects.
 #[derive(Debug, Clone, Copy)]

@@ -15,12 +15,13 @@ use ahash::AHashMap;
 
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::System;
 use crate::solvers::groups::{Entry, Equation, Groups};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
+use meliora_base::number::{Number, Weight};
 use meliora_model::Optimum;
 
 /// The width of narrow bounds, absolute below 1; twice the width of the bounds at the exits is added.
@@ -61,11 +62,8 @@ impl GroupBounds<Ratio> {
     /// Returns the fractions as doubles, rounded outwards.
     pub(crate) fn rounded(self) -> GroupBounds {
         let low = self.low.iter().map(|x| Interval::around(x).lower).collect();
-        GroupBounds {
-            low,
-            high: self.high.iter().map(|x| Interval::around(x).upper).collect(),
-            picks: self.picks,
-        }
+        let high = self.high.iter().map(|x| Interval::around(x).upper).collect();
+        GroupBounds { low, high, picks: self.picks }
     }
 }
 
@@ -173,7 +171,7 @@ impl<N: Entry> Rows<N> {
     /// Returns the number of a constant.
     fn number(&mut self, constant: Constant<N>) -> u32 {
         let Constant { low, high, most, escape } = &constant;
-        let bits = || Some([low.bits()?, high.bits()?, most.to_bits(), escape.bits()?]);
+        let bits = || Some([low.double()?, high.double()?, *most, escape.double()?].map(f64::to_bits));
         let bits = bits();
         if let Some(&known) = bits.as_ref().and_then(|bits| self.known.get(bits)) {
             return known;
@@ -188,13 +186,13 @@ impl<N: Entry> Rows<N> {
 
     /// Adds the equation of a choice to the last group, unless the choice never leaves its group.
     fn add(&mut self, choice: u32, equation: &Equation<N::Read>) {
-        let Equation { row, high, whole, most, width } = equation;
+        let Equation { row, low, high, whole, most, width } = equation;
         let leaving = if *whole { N::Read::one() } else { row.leaving() };
         self.inherited = self.inherited.max(*width);
         if leaving.is_zero() {
             return;
         }
-        if !N::EXACT {
+        if !N::Read::EXACT {
             let parts = row.edges.iter().map(|edge| &edge.1).chain([&row.escape]);
             let parts = parts.filter(|p| !p.is_zero()).map(|p| p.bounds().lower);
             self.least = parts.fold(self.least, f64::min);
@@ -206,7 +204,7 @@ impl<N: Entry> Rows<N> {
         let divisor = N::of(&leaving.low());
         let edges = row.edges.iter().map(|(to, p)| (*to, N::of(p).over(&divisor)));
         let constant = Constant {
-            low: N::of(&row.constant.over(&leaving)),
+            low: N::of(&low.over(&leaving)),
             high: N::of(&high.over(&leaving).high()),
             most: *most,
             escape: N::of(&row.escape).over(&divisor),

@@ -11,7 +11,6 @@ use bitvec::vec::BitVec;
 use crate::equations::game_graph::LOST;
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::{Meter, Stop, Turn};
-use crate::equations::number::{Interval, Number};
 use crate::equations::solution::Solution;
 use crate::equations::system::{End, Quantity, System};
 use crate::solvers::components::{self, Components, Successors};
@@ -20,6 +19,8 @@ use crate::solvers::policies::Policies;
 use crate::solvers::rows::{GroupBounds, Rows};
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
+use meliora_base::number::Number;
 use meliora_model::Optimum;
 
 /// Solves the equations of a graph, with the solution of the level below and the fractions of the graph. Returns the
@@ -130,26 +131,20 @@ impl<N: Number> System<'_, N> {
 
     /// Solves the equation of a node that is a component of its own.
     fn single(&self, node: u32, solution: &mut Solution<N>) -> Result<()> {
-        let (mut best, optimum): (Option<(N, N, u32)>, _) = (None, self.optimum(node));
+        let (mut best, greatest): (Option<(N, u32)>, _) = (None, self.optimum(node) == Optimum::Max);
+        let side = |x: &N| if greatest { x.low() } else { x.high() };
         for choice in self.game.choices(node) {
             let Some(q) = self.alone(choice, solution) else { continue };
-            let (low, high) = (q.low(), q.high());
             best = Some(match best {
-                None => (low, high, choice),
-                Some((a, b, pick)) => match optimum {
-                    Optimum::Max => {
-                        let pick = if low.exceeds(&a) { choice } else { pick };
-                        (a.or_greater(low), b.or_greater(high), pick)
-                    }
-                    Optimum::Min => {
-                        let pick = if b.exceeds(&high) { choice } else { pick };
-                        (a.or_smaller(low), b.or_smaller(high), pick)
-                    }
-                },
+                None => (q, choice),
+                Some((best, pick)) => {
+                    let pick = if side(&q).beats(&side(&best), greatest) { choice } else { pick };
+                    (best.extreme(q, greatest), pick)
+                }
             });
         }
         let (value, pick) = match best {
-            Some((low, high, pick)) => (N::between(&low, &high), pick),
+            Some(best) => best,
             None => (self.anything()?, NONE),
         };
         solution.set(node, value);

@@ -5,12 +5,13 @@ use bitvec::vec::BitVec;
 use crate::equations::game_graph::{Edge, Extremes, LOST};
 use crate::equations::graph::Graph;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Bounds, Interval, Number};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Quantity, Sets, System};
 use crate::solvers::sides::Sides;
 use crate::solvers::solve::solved;
 use meliora_base::error::Result;
+use meliora_base::interval::{Bounds, Interval};
+use meliora_base::number::Number;
 
 /// The solutions so far.
 #[derive(Debug)]

@@ -6,7 +6,6 @@
 //! doubles have too few digits.
 
 use crate::equations::meter::{Meter, Stop};
-use crate::equations::number::Number;
 use crate::equations::solution::Solution;
 use crate::equations::system::{Method, Quantity, System};
 use crate::solvers::groups::Groups;
@@ -14,6 +13,7 @@ use crate::solvers::iterate::Iteration;
 use crate::solvers::policies::{Policies, ROUNDS};
 use crate::solvers::rows::{GroupBounds, Rows};
 use meliora_base::error::{Error, Limit, Result};
+use meliora_base::number::Number;
 
 /// The number of groups up to which elimination has the first turn: it has narrower bounds. Of more groups, it needs
 /// much more memory than iteration.

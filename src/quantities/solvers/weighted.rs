@@ -14,14 +14,14 @@ use meliora_space::weighted::Fractions;
 use num_traits::{Signed, ToPrimitive};
 
 use super::components::EndComponents;
-use super::groups::{BETTER, Entry, greatest};
+use super::groups::{BETTER, Entry, greatest, slack};
 use super::pairs::{Action, Counted, End, Pairs, Taken, decided, signed};
 use super::policies::{MARGIN, Policies};
 use super::rows::{Constant, Rows};
 use super::strategy::{self, Node};
 use crate::equations::arena::Arena;
 use crate::equations::meter::{Meter, Stop, Turn};
-use crate::equations::number::Weight;
+use meliora_base::number::Weight;
 
 /// The groups and their actions. An action without edges stops.
 pub(crate) struct Weighted {
@@ -129,8 +129,8 @@ impl Weighted {
         Ok(strategy::followed(pairs, &picks, arena))
     }
 
-    /// Returns the rows of the actions, and their gains.
-    fn rows<N: Entry>(&self, numbers: &[N]) -> (Rows<N>, Vec<Vec<N>>) {
+    /// Returns the rows of the actions, and the gains of all actions.
+    fn rows<N: Entry>(&self, numbers: &[N]) -> (Rows<N>, Vec<N>) {
         let (mut rows, mut gains) =
             (Rows::empty(Optimum::Max, vec![Optimum::Max; self.groups.len()]), Vec::new());
         for (group, actions) in (0..).zip(&self.groups) {
@@ -140,8 +140,8 @@ impl Weighted {
                 // To stop is to leave.
                 let escape = if action.edges.is_empty() { N::one() } else { N::zero() };
                 let constant = Constant { low: N::zero(), high: N::zero(), most: 0.0, escape };
-                rows.push(gains.len() as u32, edges, constant);
-                gains.push(action.gains.iter().map(|&gain| numbers[gain as usize].clone()).collect());
+                rows.push(rows.choices.len() as u32, edges, constant);
+                gains.extend(action.gains.iter().map(|&gain| numbers[gain as usize].clone()));
             }
         }
         rows.begin(self.groups.len() as u32);
@@ -176,33 +176,33 @@ impl Weighted {
     /// bounds.
     fn confirmed(&self, numbers: &[f64], weights: &[f64], meter: &mut Meter<'_>) -> Turn<Option<Point<f64>>> {
         let (rows, gains) = self.rows(numbers);
-        let rated: Vec<f64> = gains.iter().map(|gains| rate(gains, weights)).collect();
+        let (n, rated) = (weights.len(), rated(&gains, weights));
         let mut policies = Policies::new(&rows);
         policies.begin(&[], usize::MAX, meter)?;
-        let x = policies.improve(&rated, f64::slack, meter)?;
+        let x = policies.improve(&rated, slack, meter)?;
         let mut margin = MARGIN * f64::EPSILON * greatest(&x).max(1.0);
         while margin < BETTER.sqrt() * greatest(&x).max(1.0) {
             let more: Vec<f64> = rated.iter().map(|gain| gain + margin).collect();
             let high = policies.improve(&more, |_| margin / MARGIN, meter)?;
-            let less = |gains: &Vec<f64>| gains.iter().map(|gain| gain - margin).collect();
-            let low = policies.evaluate(&gains.iter().map(less).collect::<Vec<Vec<f64>>>(), meter)?;
+            let less: Vec<f64> = gains.iter().map(|gain| gain - margin).collect();
+            let low = policies.evaluate(&less, meter)?;
             let is_above = |group: usize, action: usize| {
-                let terms = gains[action].iter().zip(weights).map(|(gain, w)| (gain * w).abs());
+                let terms = gains[n * action..].iter().zip(weights).map(|(gain, w)| (gain * w).abs());
                 let (q, error) = rounded(&rows, action, rated[action], terms.sum(), |to| high[to]);
                 q + error + f64::EPSILON * high[group].abs() <= high[group]
             };
             let is_below = |group: usize, at: usize| {
-                let (action, own) = (policies.policy[group], low[group][at]);
-                let gain = gains[action][at];
-                let (q, error) = rounded(&rows, action, gain, gain.abs(), |to| low[to][at]);
+                let (action, own) = (policies.policy[group], low[n * group + at]);
+                let gain = gains[n * action + at];
+                let (q, error) = rounded(&rows, action, gain, gain.abs(), |to| low[n * to + at]);
                 own + f64::EPSILON * own.abs() <= q - error
             };
             let holds = |group: usize| {
                 rows.actions(group).all(|action| is_above(group, action))
-                    && (0..weights.len()).all(|at| is_below(group, at))
+                    && (0..n).all(|at| is_below(group, at))
             };
             if (0..rows.groups()).all(holds) {
-                let (gains, most) = (low[self.start].clone(), high[self.start]);
+                let (gains, most) = (low[n * self.start..][..n].to_vec(), high[self.start]);
                 return Ok(Some(Point { gains, most, policy: policies.policy }));
             }
             margin *= MARGIN;
@@ -216,18 +216,19 @@ impl Weighted {
     /// A limit is reached.
     pub(crate) fn exact(&self, weights: &[Ratio], meter: &mut Meter<'_>) -> Result<Point> {
         let (rows, gains) = self.rows(self.fractions.list());
-        let rated: Vec<Ratio> = gains.iter().map(|gains| rate(gains, weights)).collect();
+        let rated = rated(&gains, weights);
         let mut policies = Policies::new(&rows);
         let mut solve = || {
             policies.begin(&[], usize::MAX, meter)?;
-            policies.improve(&rated, Ratio::slack, meter)?;
+            policies.improve(&rated, |_| Ratio::zero(), meter)?;
             policies.evaluate(&gains, meter)
         };
         let x = solve().map_err(|stop| match stop {
             Stop::Limit(error) => error,
             _ => Limit::Size { what: "the objectives of a strategy have no values".to_owned() }.into(),
         })?;
-        let gains: Vec<Ratio> = x[self.start].iter().zip(&self.first).map(|(x, y)| x + y).collect();
+        let gains: Vec<Ratio> =
+            x[weights.len() * self.start..].iter().zip(&self.first).map(|(x, y)| x + y).collect();
         let most = rate(&gains, weights);
         Ok(Point { gains, most, policy: policies.policy })
     }
@@ -243,6 +244,11 @@ fn rounded(rows: &Rows<f64>, action: usize, gain: f64, size: f64, x: impl Fn(usi
         terms += 1.0;
     }
     (sum, (terms + 32.0) * f64::EPSILON * sizes)
+}
+
+/// Returns the weighted sums of the gains of all actions.
+fn rated<N: Weight>(gains: &[N], weights: &[N]) -> Vec<N> {
+    gains.chunks(weights.len().max(1)).map(|gains| rate(gains, weights)).collect()
 }
 
 /// Returns a weighted sum.

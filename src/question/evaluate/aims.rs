@@ -9,7 +9,6 @@ use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Single, Step, Term};
 use meliora_model::temporal::{Asks, Condition};
 use meliora_model::{Program, State};
-use meliora_quantities::Interval;
 use meliora_quantities::equations::arena::{Arena, Extremes, Members, Rewards};
 use meliora_quantities::optimal::{Accepting, Aim, Optimal, attained, optimal};
 use meliora_quantities::vector::{Accumulation, Until};
@@ -307,10 +306,7 @@ impl Of<'_> {
             let number = if is_negated { number.complemented() } else { number };
             wanted.moved(number)
         };
-        let optimum = |&number: &usize| {
-            let Interval { lower, upper } = found.values[number];
-            asked(Number::between(lower, upper))
-        };
+        let optimum = |&number: &usize| asked(Number::between(found.values[number]));
         let optima = self.starts.iter().map(optimum).collect::<Result<_>>()?;
         let values = attained.into_iter().map(|value| asked(value.into())).collect::<Result<_>>()?;
         Ok(Found { nodes: PolicyNodes::new(nodes, (self.variables, self.is_watched)), optima, values })

@@ -126,6 +126,6 @@ impl<E: Engine> Evaluator<'_, '_, E> {
 /// Returns whether the bounds of some values decide how each two compare.
 fn are_ordered(values: &[Number]) -> bool {
     let mut sorted: Vec<&Number> = values.iter().collect();
-    sorted.sort_by(|x, y| x.lower.total_cmp(&y.lower));
+    sorted.sort_by(|x, y| x.interval.lower.total_cmp(&y.interval.lower));
     sorted.windows(2).all(|two| two[0].compare(two[1]).is_some())
 }

@@ -37,6 +37,7 @@ pub use actions::ActionValues;
 pub use chain::{PolicyNode, PolicyNodes};
 pub use following::{Following, Nodes, Objectives, StrategyFault, StrategyFaultKind};
 use meliora_base::error::{Diagnostic, Error, Result, Severity, SourceFile};
+use meliora_base::interval::Interval;
 use meliora_engine::Engine;
 use meliora_engine::regions::Which;
 use meliora_lang::property::term::{Filter, FilterFunction, Term, TermKind};
@@ -257,7 +258,7 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
         let at = self.at(&set)?;
         let numbers = self.narrow(&filter.of, &at)?;
         let all = at.list.into_iter().zip(numbers);
-        let is_shown = |x: &Number| filter.function != Print || x.lower != 0.0 || x.upper != 0.0;
+        let is_shown = |x: &Number| filter.function != Print || x.interval != Interval::ZERO;
         Ok(Some(all.filter(|(_, x)| is_shown(x)).map(|(s, x)| (s, StateValue::Number(x))).collect()))
     }
 

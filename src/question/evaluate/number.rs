@@ -3,18 +3,16 @@
 use std::cmp::Ordering;
 
 use meliora_base::exact::{self, Exact, Ratio, Real};
+use meliora_base::interval::{Bounds, Interval};
 use meliora_base::value::{Binary, EvalError, Unary};
 use meliora_lang::ast::{BinaryOp, Function};
 use meliora_quantities::path_values::Value;
-use meliora_quantities::{Bounds, Interval};
 
 /// A number between two bounds, and the number itself if it is known exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Number {
-    /// The lower bound.
-    pub lower: f64,
-    /// The upper bound.
-    pub upper: f64,
+    /// The bounds.
+    pub interval: Interval,
     /// The exact number.
     pub exact: Option<Exact>,
 }
@@ -22,8 +20,7 @@ pub struct Number {
 impl Number {
     /// Returns an exact number.
     pub fn of(exact: Exact) -> Self {
-        let (lower, upper) = around(&exact.clone().into_real());
-        Number { lower, upper, exact: Some(exact) }
+        Number { interval: Interval::around_real(&exact.clone().into_real()), exact: Some(exact) }
     }
 
     /// Returns the exact number of a fraction.
@@ -31,13 +28,11 @@ impl Number {
         Number::of(Exact::Real(Real::Finite(exact.clone())))
     }
 
-    pub(super) fn between(lower: f64, upper: f64) -> Self {
-        // An undefined bound says nothing.
-        let lower = if lower.is_nan() { f64::NEG_INFINITY } else { lower };
-        let upper = if upper.is_nan() { f64::INFINITY } else { upper };
-        // Equal bounds leave one number.
+    /// Returns a number between bounds. Equal bounds leave one number.
+    pub(super) fn between(interval: Interval) -> Self {
+        let Interval { lower, upper } = interval;
         let exact = (lower == upper && lower.is_finite()).then(|| Exact::Real(Real::from(lower)));
-        Number { lower, upper, exact }
+        Number { interval, exact }
     }
 
     /// Returns whether the number is known to be undefined.
@@ -45,21 +40,15 @@ impl Number {
         matches!(self.exact, Some(Exact::Real(Real::Undefined)))
     }
 
-    /// Returns the width, divided by the size of the number where that is above 1.
-    pub fn width(&self) -> f64 {
-        let width = if self.lower == self.upper { 0.0 } else { self.upper - self.lower };
-        width / self.lower.abs().max(1.0)
-    }
-
     /// Returns how the number compares with another one; `None` if the bounds do not decide it.
     pub fn compare(&self, other: &Number) -> Option<Ordering> {
         if let (Some(x), Some(y)) = (&self.exact, &other.exact) {
             return x.clone().into_real().compare(&y.clone().into_real());
         }
-        if self.lower > other.upper {
+        if self.interval.lower > other.interval.upper {
             return Some(Ordering::Greater);
         }
-        (self.upper < other.lower).then_some(Ordering::Less)
+        (self.interval.upper < other.interval.lower).then_some(Ordering::Less)
     }
 
     /// Returns whether a comparison is true; `None` if the bounds do not decide it.
@@ -74,11 +63,12 @@ impl Number {
                 _ => order.is_ge(),
             });
         }
+        let (own, other) = (self.interval, other.interval);
         match op {
-            BinaryOp::Le if self.upper <= other.lower => Some(true),
-            BinaryOp::Ge if self.lower >= other.upper => Some(true),
-            BinaryOp::Lt if self.lower >= other.upper => Some(false),
-            BinaryOp::Gt if self.upper <= other.lower => Some(false),
+            BinaryOp::Le if own.upper <= other.lower => Some(true),
+            BinaryOp::Ge if own.lower >= other.upper => Some(true),
+            BinaryOp::Lt if own.lower >= other.upper => Some(false),
+            BinaryOp::Gt if own.upper <= other.lower => Some(false),
             _ => None,
         }
     }
@@ -86,7 +76,7 @@ impl Number {
     /// Returns `-x`.
     pub fn negated(&self) -> Self {
         let exact = self.exact.clone().and_then(|x| exact::unary(Unary::Neg, x).ok());
-        Number { lower: -self.upper, upper: -self.lower, exact }
+        Number { interval: Interval { lower: -self.interval.upper, upper: -self.interval.lower }, exact }
     }
 
     /// Returns the smaller or the greater number.
@@ -94,15 +84,14 @@ impl Number {
         match self.compare(other) {
             Some(order) if order.is_lt() == greatest && order.is_ne() => other.clone(),
             Some(_) => self.clone(),
-            None if greatest => Number::between(self.lower.max(other.lower), self.upper.max(other.upper)),
-            None => Number::between(self.lower.min(other.lower), self.upper.min(other.upper)),
+            None => Number::between(self.interval.extreme(other.interval, greatest)),
         }
     }
 
     /// Returns the range of both numbers.
     pub fn range(&self, other: &Number) -> Self {
         let exact = if self.exact == other.exact { self.exact.clone() } else { None };
-        Number { lower: self.lower.min(other.lower), upper: self.upper.max(other.upper), exact }
+        Number { interval: self.interval.range(other.interval), exact }
     }
 
     /// Returns the result of arithmetic.
@@ -124,37 +113,7 @@ impl Number {
         if let (Some(x), Some(y)) = (&self.exact, &other.exact) {
             return exact::binary(op, x, y).map(Number::of);
         }
-        let corners = |f: fn(f64, f64) -> f64| {
-            let all = [
-                (self.lower, other.lower),
-                (self.lower, other.upper),
-                (self.upper, other.lower),
-                (self.upper, other.upper),
-            ];
-            let all = all.map(|(x, y)| f(x, y));
-            if all.iter().any(|x| x.is_nan()) {
-                return Number::between(f64::NAN, f64::NAN);
-            }
-            let least = all.iter().copied().fold(f64::INFINITY, f64::min);
-            let greatest = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-            Number::between(least.next_down(), greatest.next_up())
-        };
-        Ok(match op {
-            Binary::Add => corners(|x, y| x + y),
-            Binary::Sub => corners(|x, y| x - y),
-            Binary::Mul => corners(|x, y| x * y),
-            Binary::Div if other.lower > 0.0 || other.upper < 0.0 => corners(|x, y| x / y),
-            // Powers and logarithms of doubles are near the true ones.
-            Binary::Pow if self.lower >= 0.0 => corners(f64::powf).widened(),
-            Binary::Log if self.lower > 0.0 && other.lower > 1.0 => corners(|x, b| x.ln() / b.ln()).widened(),
-            _ => Number::between(f64::NAN, f64::NAN),
-        })
-    }
-
-    /// Widens the bounds by the error of an elementary function.
-    fn widened(self) -> Self {
-        let slack = |x: f64| x.abs() * 4.0 * f64::EPSILON + f64::MIN_POSITIVE;
-        Number::between(self.lower - slack(self.lower), self.upper + slack(self.upper))
+        Ok(Number::between(self.interval.combine(op, other.interval)))
     }
 
     /// Returns the value of a function.
@@ -181,15 +140,18 @@ impl Number {
         if let Some(exact) = &self.exact {
             return exact::unary(op, exact.clone()).map(Number::of);
         }
-        Ok(Number::between(round(self.lower), round(self.upper)))
+        let Interval { lower, upper } = self.interval;
+        Ok(Number::between(Interval { lower: round(lower), upper: round(upper) }))
     }
 
     /// Returns 1 minus a probability.
     pub fn complemented(&self) -> Self {
-        let one = Number::of(Exact::Int(1));
-        match one.binary(Binary::Sub, self) {
-            Ok(rest) => Number { lower: rest.lower.max(0.0), upper: rest.upper.min(1.0), ..rest },
-            Err(_) => Number::between(0.0, 1.0),
+        match &self.exact {
+            Some(exact) => {
+                let rest = exact::binary(Binary::Sub, &Exact::Int(1), exact);
+                rest.map_or(Number::between(Interval { lower: 0.0, upper: 1.0 }), Number::of)
+            }
+            None => Number::between(self.interval.complement()),
         }
     }
 }
@@ -199,21 +161,8 @@ impl From<Value> for Number {
         match value {
             Value::Infinite => Number::of(Exact::Real(Real::Infinite(false))),
             Value::Finite(Bounds { exact: Some(exact), .. }) => Number::fraction(&exact),
-            Value::Finite(Bounds { interval: Interval { lower, upper }, .. }) => {
-                Number::between(lower, upper)
-            }
+            Value::Finite(Bounds { interval, .. }) => Number::between(interval),
         }
-    }
-}
-
-/// Returns doubles around a number.
-fn around(exact: &Real) -> (f64, f64) {
-    let near = exact.to_f64();
-    match Real::from(near).compare(exact) {
-        Some(Ordering::Equal) => (near, near),
-        Some(Ordering::Less) => (near, near.next_up()),
-        Some(Ordering::Greater) => (near.next_down(), near),
-        None => (f64::NEG_INFINITY, f64::INFINITY),
     }
 }
 
@@ -225,21 +174,23 @@ mod tests {
 
     const OPERATIONS: [fn(f64, f64) -> f64; 4] = [|x, y| x + y, |x, y| x - y, |x, y| x * y, |x, y| x / y];
 
+    fn between(lower: f64, upper: f64) -> Number {
+        Number::between(Interval { lower, upper })
+    }
+
     /// All intervals with ends among a few numbers, and unbounded ones.
     fn intervals() -> Vec<Number> {
         let ends = [f64::NEG_INFINITY, -2.0, -1.0, 0.0, 0.5, 1.0, 3.0, f64::INFINITY];
         let from = |&lower: &f64| {
-            ends.into_iter()
-                .filter(move |&upper| lower < upper)
-                .map(move |upper| Number::between(lower, upper))
+            ends.into_iter().filter(move |&upper| lower < upper).map(move |upper| between(lower, upper))
         };
         ends.iter().flat_map(from).collect()
     }
 
     /// The finite ends and the middle of an interval.
     fn members(of: &Number) -> Vec<f64> {
-        let middle = f64::midpoint(of.lower.max(-8.0), of.upper.min(8.0));
-        [of.lower, middle, of.upper].into_iter().filter(|x| x.is_finite()).collect()
+        let middle = f64::midpoint(of.interval.lower.max(-8.0), of.interval.upper.min(8.0));
+        [of.interval.lower, middle, of.interval.upper].into_iter().filter(|x| x.is_finite()).collect()
     }
 
     fn pairs(x: &Number, y: &Number) -> Vec<(f64, f64)> {
@@ -257,11 +208,16 @@ mod tests {
                 let all = pairs(&x, &y).into_iter().map(|(x, y)| by_members(x, y)).filter(|z| !z.is_nan());
                 let (least, most) =
                     all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), z| (low.min(z), high.max(z)));
-                assert!(found.lower <= least && most <= found.upper, "{x:?} {op:?} {y:?}: {found:?}");
-                let is_finite = [x.lower, x.upper, y.lower, y.upper].iter().all(|end| end.is_finite());
-                if is_finite && (op != BinaryOp::Div || y.lower > 0.0 || y.upper < 0.0) {
+                assert!(
+                    found.interval.lower <= least && most <= found.interval.upper,
+                    "{x:?} {op:?} {y:?}: {found:?}"
+                );
+                let is_finite = [x.interval.lower, x.interval.upper, y.interval.lower, y.interval.upper]
+                    .iter()
+                    .all(|end| end.is_finite());
+                if is_finite && (op != BinaryOp::Div || y.interval.lower > 0.0 || y.interval.upper < 0.0) {
                     assert_eq!(
-                        (found.lower, found.upper),
+                        (found.interval.lower, found.interval.upper),
                         (least.next_down(), most.next_up()),
                         "{x:?} {op:?} {y:?}"
                     );
@@ -273,9 +229,12 @@ mod tests {
     #[test]
     fn a_divisor_that_may_be_zero_leaves_no_bound() {
         for (lower, upper) in [(0.0, 1.0), (-1.0, 0.0), (-1.0, 1.0)] {
-            let found =
-                Number::between(1.0, 2.0).arithmetic(BinaryOp::Div, &Number::between(lower, upper)).unwrap();
-            assert_eq!((found.lower, found.upper), (f64::NEG_INFINITY, f64::INFINITY), "{lower} {upper}");
+            let found = between(1.0, 2.0).arithmetic(BinaryOp::Div, &between(lower, upper)).unwrap();
+            assert_eq!(
+                (found.interval.lower, found.interval.upper),
+                (f64::NEG_INFINITY, f64::INFINITY),
+                "{lower} {upper}"
+            );
         }
     }
 
@@ -287,7 +246,9 @@ mod tests {
             (BinaryOp::Gt, |x, y| x > y),
             (BinaryOp::Ge, |x, y| x >= y),
         ];
-        let finite = || intervals().into_iter().filter(|x| x.lower.is_finite() && x.upper.is_finite());
+        let finite = || {
+            intervals().into_iter().filter(|x| x.interval.lower.is_finite() && x.interval.upper.is_finite())
+        };
         for (x, y) in finite().flat_map(|x| finite().map(move |y| (x.clone(), y))) {
             for (op, holds) in ops {
                 let all: Vec<bool> = pairs(&x, &y).into_iter().map(|(x, y)| holds(x, y)).collect();

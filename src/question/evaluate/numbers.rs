@@ -13,7 +13,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
     /// Returns the values of a number in listed states, exact ones where bounds are wider than wanted.
     pub(super) fn narrow(&self, term: &Term, at: &At<E::States>) -> Result<Vec<Number>> {
         let found = self.numbers(term, at, false)?;
-        if found.iter().all(|x| x.width() <= self.model.precision) {
+        if found.iter().all(|x| x.interval.relative_width() <= self.model.precision) {
             return Ok(found);
         }
         self.numbers(term, at, true)

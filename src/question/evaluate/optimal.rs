@@ -48,8 +48,8 @@ impl PropertyPolicy {
     /// Returns whether the value is the optimum, up to a precision.
     pub fn is_attained(&self, precision: f64) -> bool {
         let (best, worst) = match self.is_great {
-            true => (self.optimum.upper, self.value.lower),
-            false => (self.value.upper, self.optimum.lower),
+            true => (self.optimum.upper, self.value.interval.lower),
+            false => (self.value.interval.upper, self.optimum.lower),
         };
         best == worst || best - worst <= precision * worst.abs().max(1.0) * 2.0
     }
@@ -170,8 +170,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             let worst = all.iter().cloned().reduce(|a, b| a.extreme(&b, !is_great));
             worst.unwrap_or_else(|| Number::fraction(&Ratio::default()))
         };
-        let Number { lower, upper, .. } = worst(&optima);
-        let (value, optimum) = (worst(&values), Interval { lower, upper });
+        let (value, optimum) = (worst(&values), worst(&optima).interval);
         let watched = played.watched.clone();
         Ok(PropertyPolicy { nodes, starts, of_opponent, value, is_great, optimum, optima, watched })
     }
@@ -350,7 +349,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         };
         let at = self.at(&self.engine.initial_states())?;
         let mut found = self.measured(term, measured, &at, false)?;
-        if found.iter().any(|x| x.width() > self.model.precision) {
+        if found.iter().any(|x| x.interval.relative_width() > self.model.precision) {
             found = self.measured(term, measured, &at, true)?;
         }
         let worst = found.into_iter().reduce(|a, b| a.extreme(&b, !is_great));

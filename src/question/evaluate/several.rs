@@ -4,6 +4,7 @@ use super::following::Objectives;
 use super::{At, Evaluator, Number};
 use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
 use meliora_engine::Engine;
 use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Single, Step, Term, TermKind};
 use meliora_lang::property::{Inequality, Optimum};
@@ -106,10 +107,10 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let precision = if exact { 0.0 } else { self.model.precision };
         let value = |state: &State| match self.several(term, all, state, precision)? {
             (Several::Best(Some(found)), negated) => {
-                let found = Number::between(found.lower, found.upper);
+                let found = Number::between(found);
                 Ok(if negated { found.complemented() } else { found })
             }
-            (Several::Infinite, _) => Ok(Number::between(f64::INFINITY, f64::INFINITY)),
+            (Several::Infinite, _) => Ok(Number::between(Interval::point(f64::INFINITY))),
             (Several::Best(None), _) => {
                 Err(self.wrong(term, "no strategy satisfies the bounds of the objectives").into())
             }

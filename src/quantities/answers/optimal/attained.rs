@@ -12,11 +12,12 @@ use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::game_graph::{Edge, GameGraph};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number};
 use crate::path_values::Value;
 use crate::solvers::long_run::is_bottom;
 use crate::solvers::reaching::Vector;
 use crate::vector::{self, Accumulation, Until};
+use meliora_base::interval::Interval;
+use meliora_base::number::Number;
 
 /// Computes the values of a strategy in its first nodes, against the best choices of the opponent; with fractions where
 /// bounds are wider than the precision. Cost: that of the values of a model of this size.

@@ -13,10 +13,10 @@ use super::{Choices, Optimal, bounds_of};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::Interval;
 use crate::solvers::components::{EndComponents, end_components};
 use crate::solvers::long_run::{PART, WIDTH};
 use crate::vector::Accumulation;
+use meliora_base::interval::Interval;
 
 /// Returns the strategy of a long-run average.
 pub(super) fn optimal(

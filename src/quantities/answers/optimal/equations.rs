@@ -8,8 +8,8 @@ use super::Choices;
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::Interval;
 use crate::solvers::components::end_components_of;
+use meliora_base::interval::Interval;
 
 /// The choices of an arena as sums of doubles.
 pub(super) struct Means<'a> {

@@ -33,8 +33,8 @@ pub use self::nodes::Nodes;
 use self::rounds::Rounds;
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
-use crate::equations::number::Interval;
 use crate::vector::{self, Accumulation, Until};
+use meliora_base::interval::Interval;
 
 /// The number whose optimum is wanted.
 pub enum Aim<'a> {

@@ -10,11 +10,12 @@ use super::{Choices, Optimal, choices_to_reach};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number};
 use crate::solvers::back::Back;
 use crate::solvers::reaching::Vector;
 use crate::sought::{MOST_STATES, too_many_states};
 use crate::vector::{self, Computed, Until, computed};
+use meliora_base::interval::Interval;
+use meliora_base::number::Number;
 
 /// The choices of some steps, those of the first step first.
 type Stages = Vec<Arc<Choices>>;

@@ -9,12 +9,13 @@ use crate::answers::ties::{self, Solutions};
 use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{Graph, Rank};
 use crate::equations::meter::Meter;
-use crate::equations::number::{Interval, Number, Weight};
 use crate::equations::solution::Solution;
 use crate::equations::system::{Candidates, Method, Quantity, System};
 use meliora_amount::{share, takes};
 use meliora_base::error::Limit;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
+use meliora_base::number::{Number, Weight};
 use meliora_base::random::Draw;
 use meliora_engine::{NoProgress, ProgressSink};
 
@@ -132,8 +133,8 @@ fn attains(graph: &Graph, quantity: Quantity, picks: &Solution<Interval>, exact:
         let term = |edge: Edge| {
             let to = match (edge.to, edge.counts(), quantity) {
                 (LOST, _, _) | (_, true, Quantity::Cost(_)) => Weight::zero(),
-                (_, true, Quantity::Probability(_)) => Number::one(),
-                (to, true, _) => value(to) + <Ratio as Number>::one(),
+                (_, true, Quantity::Probability(_)) => Weight::one(),
+                (to, true, _) => value(to) + <Ratio as Weight>::one(),
                 (to, false, _) => value(to),
             };
             &graph.fractions()[edge.probability() as usize] * to
