@@ -16,6 +16,7 @@ use num_traits::{FromPrimitive, Signed, Zero};
 use meliora_base::error::{Error, Result};
 use meliora_base::escape;
 use meliora_base::exact::Ratio;
+use meliora_base::interval::Interval;
 use meliora_model::State;
 
 /// The largest number of bytes of a row.
@@ -40,6 +41,14 @@ impl Number {
         match self {
             Number::Double(x) => Ratio::from_f64(*x),
             Number::Fraction(x) => Some((**x).clone()),
+        }
+    }
+
+    /// Returns the doubles nearest to the number.
+    pub fn around(&self) -> Interval {
+        match self {
+            Number::Double(x) => Interval::point(*x),
+            Number::Fraction(x) => Interval::around(x),
         }
     }
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use super::expr::ExprId;
+use super::weight::Probability;
 pub use super::weight::StepError;
-use super::weight::Weight;
 use super::{Branch, CommandId, ModelKind, Program, State, VarId};
 use meliora_base::exact::Ratio;
 use meliora_base::rounding::Sum;
@@ -112,11 +112,11 @@ impl Program {
         if combinations.is_empty() { Ok(Vec::new()) } else { self.weighted(state, combinations) }
     }
 
-    fn weighted_steps<W: Weight>(&self, state: &[i64]) -> Result<Vec<Step<W>>, StepError> {
+    fn weighted_steps<W: Probability>(&self, state: &[i64]) -> Result<Vec<Step<W>>, StepError> {
         self.weighted(state, self.combinations(state)?)
     }
 
-    fn weighted<W: Weight>(
+    fn weighted<W: Probability>(
         &self,
         state: &[i64],
         combinations: Vec<Combination>,
@@ -186,7 +186,7 @@ impl Program {
 
     /// Returns the successors for all ways to take a branch of each command; `ways` counts the ways
     /// over all choices of a state.
-    fn distribution<W: Weight>(
+    fn distribution<W: Probability>(
         &self,
         commands: &[CommandId],
         state: &[i64],
@@ -205,7 +205,7 @@ impl Program {
                     for &(variable, value) in updates {
                         values[variable] = value;
                     }
-                    next.push((values, weight.times(p)));
+                    next.push((values, weight.scaled(p)));
                 }
             }
             partial = next;
@@ -215,7 +215,11 @@ impl Program {
     }
 
     /// Returns the branches of positive probability: the new values and the probability.
-    fn taken_branches<W: Weight>(&self, id: CommandId, state: &[i64]) -> Result<Vec<Taken<W>>, StepError> {
+    fn taken_branches<W: Probability>(
+        &self,
+        id: CommandId,
+        state: &[i64],
+    ) -> Result<Vec<Taken<W>>, StepError> {
         let mut taken = Vec::new();
         for (branch, p) in W::branches(self, id, state)? {
             taken.push((self.new_values(id, branch, state)?, p));
@@ -281,22 +285,22 @@ impl Program {
 }
 
 /// Merges all choices into one that selects each with the same probability.
-fn uniform<W: Weight>(steps: Vec<Step<W>>) -> Step<W> {
+fn uniform<W: Probability>(steps: Vec<Step<W>>) -> Step<W> {
     let share = W::share(steps.len());
     let name = steps.iter().map(|s| s.name.as_str()).collect::<Vec<_>>().join("+");
-    let all = steps.into_iter().flat_map(|s| s.successors).map(|(s, p)| (s, p.times(&share))).collect();
+    let all = steps.into_iter().flat_map(|s| s.successors).map(|(s, p)| (s, p.scaled(&share))).collect();
     Step { choice: Choice::Uniform, name, successors: merge(all) }
 }
 
 /// Adds up the probabilities of equal states; the result is ordered by state.
-fn merge<W: Weight>(weighted: Vec<(State, W)>) -> Vec<(State, W)> {
+fn merge<W: Probability>(weighted: Vec<(State, W)>) -> Vec<(State, W)> {
     let mut sums: BTreeMap<State, W> = BTreeMap::new();
     for (state, p) in weighted {
         match sums.entry(state) {
             Entry::Vacant(entry) => {
                 entry.insert(p);
             }
-            Entry::Occupied(mut entry) => entry.get_mut().add(&p),
+            Entry::Occupied(mut entry) => *entry.get_mut() = entry.get().plus(&p),
         }
     }
     sums.into_iter().collect()

@@ -1,9 +1,10 @@
 //! Probabilities of steps: doubles, or exact fractions.
 
-use num_traits::{One, Zero};
+use num_traits::One;
 
 use super::{Branch, Command, CommandId, Program, VarId};
 use meliora_base::exact::{Exact, Ratio, Real};
+use meliora_base::number::Weight;
 use meliora_base::rounding::{Sum, judged};
 use meliora_base::value::EvalError;
 
@@ -24,15 +25,11 @@ pub enum StepError {
 const LEAST: f64 = f64::from_bits(1);
 
 /// A positive probability. Its double is positive too: a branch is not lost by rounding.
-pub(super) trait Weight: Clone {
-    /// Returns 1.
-    fn one() -> Self;
+pub(super) trait Probability: Weight {
     /// Returns 1/n.
     fn share(n: usize) -> Self;
-    /// Returns the product.
-    fn times(&self, other: &Self) -> Self;
-    /// Adds another probability.
-    fn add(&mut self, other: &Self);
+    /// Returns the product with another probability.
+    fn scaled(&self, other: &Self) -> Self;
     /// Returns the branches of positive probability of an enabled command.
     fn branches<'p>(
         program: &'p Program,
@@ -41,21 +38,13 @@ pub(super) trait Weight: Clone {
     ) -> Result<Vec<(&'p Branch, Self)>, StepError>;
 }
 
-impl Weight for f64 {
-    fn one() -> Self {
-        1.0
-    }
-
+impl Probability for f64 {
     fn share(n: usize) -> Self {
         1.0 / n as f64
     }
 
-    fn times(&self, other: &Self) -> Self {
+    fn scaled(&self, other: &Self) -> Self {
         (self * other).max(LEAST)
-    }
-
-    fn add(&mut self, other: &Self) {
-        *self += other;
     }
 
     fn branches<'p>(
@@ -68,21 +57,13 @@ impl Weight for f64 {
     }
 }
 
-impl Weight for Ratio {
-    fn one() -> Self {
-        One::one()
-    }
-
+impl Probability for Ratio {
     fn share(n: usize) -> Self {
         Ratio::new(1.into(), n.into())
     }
 
-    fn times(&self, other: &Self) -> Self {
+    fn scaled(&self, other: &Self) -> Self {
         if self.is_one() { other.clone() } else { self * other }
-    }
-
-    fn add(&mut self, other: &Self) {
-        *self += other;
     }
 
     fn branches<'p>(

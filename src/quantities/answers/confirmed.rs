@@ -7,7 +7,6 @@ use crate::equations::meter::Meter;
 use crate::equations::solution::Solution;
 use crate::equations::system::{Fixed, Quantity};
 use crate::solvers::inductive::{Inductive, Side, Wanted};
-use crate::solvers::solved::Solved;
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Limit, Result};
 use meliora_base::interval::Interval;
@@ -57,7 +56,7 @@ impl Values {
             }
             Ok::<_, Error>(found)
         };
-        let Solved { probability, cost, .. } = solved;
+        let [probability, cost] = solved.by_level();
         let probabilities = all(Quantity::Probability, probability, &mut meter)?;
         let costs = all(Quantity::Cost, cost, &mut meter)?;
         Ok(Confirmed { probabilities, costs })
@@ -134,11 +133,8 @@ fn fixed(
 /// Returns the greatest width of bounds: absolute for probabilities, relative above 1 for costs.
 pub fn widest(rows: &[Row]) -> f64 {
     let width = |bounds: &Bounds| {
-        let [lower, upper] = [&bounds.lower, &bounds.upper].map(|x| match x {
-            Number::Double(x) => *x,
-            Number::Fraction(x) => Interval::around(x).upper,
-        });
-        if upper.is_infinite() { f64::INFINITY } else { (upper - lower) / lower.max(1.0) }
+        let [lower, upper] = [&bounds.lower, &bounds.upper].map(|x| x.around().upper);
+        if upper.is_infinite() { f64::INFINITY } else { Interval { lower, upper }.relative_width() }
     };
     let all = rows.iter().flat_map(|row| row.probabilities.iter().chain(row.costs.iter().flatten()));
     all.map(width).fold(0.0, f64::max)

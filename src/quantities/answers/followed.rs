@@ -10,16 +10,14 @@ use meliora_model::Optimum;
 use num_traits::ToPrimitive;
 
 use crate::equations::arena::Arena;
-use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
-use crate::equations::meter::Meter;
+use crate::equations::game_graph::{Edge, Extremes, GameGraph, Rewards};
 use crate::path_values::Value;
 use crate::several::{Counted, Node, Taking};
-use crate::solvers::back::Back;
-use crate::solvers::long_run::is_bottom;
 use crate::solvers::pairs::decided;
-use crate::solvers::reaching::{Collected, Reaching, Vector};
+use crate::solvers::reaching::Vector;
 use crate::solvers::sides::Sides;
-use meliora_base::interval::{Bounds, Interval};
+use crate::vector::{Accumulation, Until, computed, reward_of, until_of};
+use meliora_base::interval::Bounds;
 use meliora_base::number::{Number, Weight};
 
 /// The nodes of a strategy; each takes one step, with the chance of the strategy and of the model.
@@ -96,12 +94,11 @@ impl<'a> Followed<'a> {
             }
             meter.take(entered.len() * 8 + 16)?;
             for (to, p) in entered {
-                chain.choices.to.push(to);
-                let weight = 2 * chain.fractions.number(p);
-                chain.weights.push(weight);
+                let p = chain.fractions.number(p);
+                chain.add_edge(Edge::new(to, p, false));
             }
-            chain.choices.start.push(chain.choices.to.len() as u32);
-            chain.choices.first.push(number as u32 + 1);
+            chain.end_choice();
+            chain.end_node();
         }
         Ok(Ok(Followed { arena, nodes, chain }))
     }
@@ -139,10 +136,8 @@ impl<'a> Followed<'a> {
             Counted::Visit(_) | Counted::Until(..) | Counted::Recur(_) => 1.0,
             Counted::Total(_) | Counted::Within(..) | Counted::Before(..) => f64::INFINITY,
         };
-        let answer = match exact {
-            true => self.found::<Ratio>(counted)?.answer(most),
-            false => self.found::<Interval>(counted)?.answer(most),
-        };
+        let precision = if exact { 0.0 } else { f64::INFINITY };
+        let answer = computed!(precision, most, N => self.found::<N>(counted))?;
         answer.end?;
         let mut value = answer.values.into_iter().next().unwrap_or(Value::Finite(Bounds::point(0)));
         if negated {
@@ -152,37 +147,20 @@ impl<'a> Followed<'a> {
     }
 
     fn found<N: Number>(&self, counted: Counted<'_>) -> Result<Vector<N>> {
-        let (mut meter, all) = (self.arena.meter(), self.all(true));
-        let reach = |target: &BitVec, left: &BitVec, collected: Collected<'_>, meter: &mut Meter<'_>| {
-            let goal = Extremes::all(Optimum::Max);
-            Reaching { game: &self.chain, target, left, collected, goal }.values::<N>(meter)
+        let (chain, goal) = (&self.chain, Extremes::all(Optimum::Max));
+        let until = |left: BitVec, right: BitVec| {
+            until_of(chain, &Until::unbounded(left, right), goal, &mut self.arena.meter())
+        };
+        let earned = |rewards: &Rewards, accumulation: Accumulation| {
+            reward_of(chain, &self.rewards(rewards), &accumulation, goal, &mut self.arena.meter())
         };
         match counted {
-            Counted::Visit(right) => reach(&self.members(right), &all, Collected::Target, &mut meter),
-            Counted::Until(left, right) => {
-                reach(&self.members(right), &self.members(left), Collected::Target, &mut meter)
-            }
-            Counted::Recur(set) => {
-                let ends =
-                    self.ends(|inside| inside.iter().any(|&node| set[self.nodes[node as usize].state]));
-                reach(&ends, &all, Collected::Target, &mut meter)
-            }
-            Counted::Total(rewards) => {
-                let rewards = self.rewards(rewards);
-                reach(&self.all(false), &all, Collected::Always(&rewards), &mut meter)
-            }
-            Counted::Before(rewards, set) => {
-                let rewards = self.rewards(rewards);
-                reach(&self.members(set), &all, Collected::Until(&rewards), &mut meter)
-            }
-            Counted::Within(rewards, steps) => {
-                let rewards = self.rewards(rewards);
-                let goal = Extremes::all(Optimum::Max);
-                let back = Back::<N>::new(&self.chain, goal, Some(&rewards), &mut meter)?;
-                let nothing = vec![N::zero(); self.nodes.len()];
-                let values = back.steps(nothing, u64::from(steps), &mut meter, |_, best| best())?;
-                Ok(Vector { values: values.into_iter().map(Some).collect(), end: Ok(()) })
-            }
+            Counted::Visit(right) => until(self.all(true), self.members(right)),
+            Counted::Until(left, right) => until(self.members(left), self.members(right)),
+            Counted::Recur(set) => until(self.all(true), self.ends(&self.members(set))),
+            Counted::Total(rewards) => earned(rewards, Accumulation::Total),
+            Counted::Within(rewards, steps) => earned(rewards, Accumulation::Within(steps.into())),
+            Counted::Before(rewards, set) => earned(rewards, Accumulation::Until(self.members(set))),
         }
     }
 
@@ -190,16 +168,12 @@ impl<'a> Followed<'a> {
         BitVec::repeat(inside, self.nodes.len())
     }
 
-    /// Returns the nodes of the components that are never left and satisfy a condition.
-    fn ends(&self, is_wanted: impl Fn(&[u32]) -> bool) -> BitVec {
-        let (mut ends, mut place) = (self.all(false), vec![crate::equations::graph::NONE; self.nodes.len()]);
-        let found = self.chain.choices.components(0..self.nodes.len() as u32, |_| true);
-        for component in found.iter() {
-            if is_bottom(&self.chain, component, &mut place, 0) {
-                component.iter().for_each(|&node| place[node as usize] = crate::equations::graph::NONE);
-                let is_end = is_wanted(component);
-                component.iter().for_each(|&node| ends.set(node as usize, is_end));
-            }
+    /// Returns the nodes of the components that are never left and contain a node of a set.
+    fn ends(&self, set: &BitVec) -> BitVec {
+        let mut ends = self.all(false);
+        for component in self.chain.choices.bottoms() {
+            let is_end = component.iter().any(|&node| set[node as usize]);
+            component.iter().for_each(|&node| ends.set(node as usize, is_end));
         }
         ends
     }
@@ -216,40 +190,24 @@ impl<'a> Followed<'a> {
     /// A limit is reached.
     pub fn rests(&self, counted: Counted<'_>) -> Result<Vec<Rest>> {
         let all = self.all(true);
-        let (done, hopeless, lost) = match counted {
-            Counted::Visit(right) => {
-                let right = self.members(right);
-                let near = self.near(&right, &all)?;
-                (right, !near, 0.0)
-            }
-            Counted::Until(left, right) => {
-                let right = self.members(right);
-                let near = self.near(&right, &self.members(left))?;
-                (right, !near, 0.0)
-            }
-            Counted::Recur(set) => {
-                let hits = |inside: &[u32]| inside.iter().any(|&node| set[self.nodes[node as usize].state]);
-                (self.ends(hits), self.ends(|inside| !hits(inside)), 0.0)
-            }
-            Counted::Before(_, set) => {
-                let set = self.members(set);
-                let near = self.near(&set, &all)?;
-                return Ok(rests(&set, 0.0, &!near, f64::INFINITY));
-            }
+        let until = |left: &BitVec, right: BitVec, [done, lost]: [f64; 2]| {
+            let near = self.near(&right, left)?;
+            Ok(rests(&right, done, &!near, lost))
+        };
+        match counted {
+            Counted::Visit(right) => until(&all, self.members(right), [1.0, 0.0]),
+            Counted::Until(left, right) => until(&self.members(left), self.members(right), [1.0, 0.0]),
+            Counted::Recur(set) => until(&all, self.ends(&self.members(set)), [1.0, 0.0]),
+            Counted::Before(_, set) => until(&all, self.members(set), [0.0, f64::INFINITY]),
             Counted::Total(rewards) | Counted::Within(rewards, _) => {
                 let rewards = self.rewards(rewards);
                 let earning: BitVec = (0..self.nodes.len()).map(|node| !rewards.is_free(node)).collect();
                 let idle = !self.near(&earning, &all)?;
-                let endless = match counted {
-                    Counted::Total(_) => {
-                        self.ends(|inside| inside.iter().any(|&node| earning[node as usize]))
-                    }
-                    _ => self.all(false),
-                };
-                return Ok(rests(&idle, 0.0, &endless, f64::INFINITY));
+                let is_total = matches!(counted, Counted::Total(_));
+                let endless = if is_total { self.ends(&earning) } else { self.all(false) };
+                Ok(rests(&idle, 0.0, &endless, f64::INFINITY))
             }
-        };
-        Ok(rests(&done, 1.0, &hopeless, lost))
+        }
     }
 
     /// Returns the rewards of the choices of each node, by their positions in the node; none if nothing is collected.

@@ -39,6 +39,14 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// Returns the bounds of the values, which may be infinite.
+    ///
+    /// # Errors
+    /// A limit was reached.
+    pub fn bounds(self) -> Result<Vec<Interval>> {
+        self.end.map(|()| self.values.iter().map(Value::interval).collect())
+    }
+
     /// Returns the values at some positions.
     #[must_use]
     pub fn selected(self, positions: &[usize]) -> Self {

@@ -1,12 +1,9 @@
 //! The number that one operator asks for in some states: the probability of a formula, or a reward until a target.
 
 use crate::answers::path_values::{Answer, Value};
-use crate::answers::vector::{Accumulation, Computed, Until, computed, reward_of, until_of};
+use crate::answers::vector::{Accumulation, Until, computed, reward_of, until_of};
 use crate::equations::arena::{Arena, Extremes};
-use crate::solvers::reaching::Vector;
 use meliora_base::error::{Limit, Result};
-use meliora_base::exact::Ratio;
-use meliora_base::interval::Interval;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
 use meliora_model::temporal::{Asks, Condition};
@@ -92,9 +89,9 @@ impl<S> Sought<'_, S> {
             let until = Accumulation::Until(arena.members(engine, target)?);
             let rewards = arena.rewards(engine, structure)?;
             return Ok(Some(Box::new(move |precision| {
-                let near = || reward_of::<Interval>(&arena, &rewards, &until, goal, &mut arena.meter());
-                let exact = || reward_of::<Ratio>(&arena, &rewards, &until, goal, &mut arena.meter());
-                Ok(narrow(precision, &numbers, near, exact)?.answer(f64::INFINITY))
+                computed!(precision, f64::INFINITY, N => {
+                    reward_of::<N>(&arena, &rewards, &until, goal, &mut arena.meter()).map(|x| x.selected(&numbers))
+                })
             })));
         }
         let (goal, is_negated) = match (engine.is_game(), self.is_safe()) {
@@ -110,23 +107,13 @@ impl<S> Sought<'_, S> {
         let (end, lost) = if is_negated { (zero, one) } else { (one, zero) };
         let until = Until::unbounded(!lost, end);
         Ok(Some(Box::new(move |precision| {
-            let near = || until_of::<Interval>(&arena, &until, goal, &mut arena.meter());
-            let exact = || until_of::<Ratio>(&arena, &until, goal, &mut arena.meter());
-            let mut found = narrow(precision, &numbers, near, exact)?.answer(1.0);
+            let mut found = computed!(precision, 1.0, N => {
+                until_of::<N>(&arena, &until, goal, &mut arena.meter()).map(|x| x.selected(&numbers))
+            })?;
             if is_negated {
                 found.values.iter_mut().for_each(Value::complement);
             }
             Ok(found)
         })))
     }
-}
-
-/// Computes values at some positions, with fractions where the bounds of one of these are wider than the precision.
-fn narrow(
-    precision: f64,
-    positions: &[usize],
-    near: impl FnOnce() -> Result<Vector<Interval>>,
-    exact: impl FnOnce() -> Result<Vector<Ratio>>,
-) -> Result<Computed> {
-    computed(precision, || Ok(near()?.selected(positions)), || Ok(exact()?.selected(positions)))
 }

@@ -7,6 +7,7 @@ use crate::equations::game_graph::{Edge, LOST};
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::Meter;
 use crate::equations::places::{Place, Places};
+use crate::equations::system::Quantity;
 use crate::solvers::horizon::Horizon;
 use crate::solvers::part::{self, Missing};
 use crate::solvers::solved::Solved;
@@ -88,8 +89,8 @@ impl Values {
     /// Creates quantities without results.
     pub fn new(options: ValueOptions) -> Self {
         let numbers = match options.exact {
-            true => Numbers::Exact(Solved::new()),
-            false => Numbers::Rounded(Solved::new()),
+            true => Numbers::Exact(Solved::new(options.levels)),
+            false => Numbers::Rounded(Solved::new(options.levels)),
         };
         let (graph, places) = (Graph::default(), Places::default());
         Values {
@@ -143,8 +144,8 @@ impl Values {
         meter.take(self.graph.bytes() + self.places.bytes())?;
         let (graph, levels) = (&self.graph, self.options.levels);
         let end = on!(&mut self.numbers, solved => {
-            *solved = Solved::new();
-            solved.run(graph, levels, meter)
+            *solved = Solved::new(levels);
+            solved.run(graph, meter)
         });
         if let Numbers::Rounded(solved) = &mut self.numbers
             && graph.frontier > 0
@@ -188,8 +189,9 @@ impl Values {
         let costs = ties::costs(&mut self.graph);
         let new = &self.graph.fractions()[solved.fractions.len()..];
         solved.fractions.extend(new.iter().map(Interval::around));
-        let Solved { fractions, probability, cost, .. } = solved;
-        let solutions = Solutions { graph: &self.graph, fractions, costs, probability, cost };
+        let [probability, cost] = solved.by_level();
+        let solutions =
+            Solutions { graph: &self.graph, fractions: &solved.fractions, costs, probability, cost };
         self.ties = solutions.decide(meter)?;
         Ok(())
     }
@@ -243,9 +245,13 @@ impl Values {
         self.places.state(node.0)
     }
 
+    /// Returns a computed value.
+    fn value(&self, Node(node): Node, quantity: Quantity) -> Option<Bounds> {
+        on!(&self.numbers, solved => solved.value(node, quantity))
+    }
+
     /// Returns P_k, the greatest probability of k improvements.
     pub fn probability(&self, node: Node, k: usize) -> Bounds {
-        let Some(index) = k.checked_sub(1) else { return Bounds::point(1) };
         let rank = self.graph.rank(node.0);
         if (rank.positive as usize) < k {
             return Bounds::point(0);
@@ -253,19 +259,19 @@ impl Values {
         if rank.sure as usize >= k {
             return Bounds::point(1);
         }
-        let known = on!(&self.numbers, solved => solved.probability(node.0, index));
+        let known = self.value(node, Quantity::Probability(k as u32));
         let known = known.filter(|_| !self.graph.is_frontier(node.0));
         known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
     }
 
     /// Returns C_k, the least expected cost until the k-th improvement; `None` where P_k < 1.
     pub fn cost(&self, node: Node, k: usize) -> Option<Bounds> {
-        let Some(index) = k.checked_sub(1) else { return Some(Bounds::point(0)) };
-        if (self.graph.rank(node.0).sure as usize) < k {
-            return None;
+        if k == 0 {
+            return Some(Bounds::point(0));
         }
-        let known = on!(&self.numbers, solved => solved.cost(node.0, index));
-        Some(known.unwrap_or_else(|| Bounds::any(f64::INFINITY)))
+        let known = || self.value(node, Quantity::Cost(k as u32));
+        let is_sure = self.graph.rank(node.0).sure as usize >= k;
+        is_sure.then(|| known().unwrap_or_else(|| Bounds::any(f64::INFINITY)))
     }
 
     /// Returns N, the largest expected number of improvements.
@@ -274,7 +280,7 @@ impl Values {
         if self.graph.rank(node.0).positive <= u32::from(!is_game) && self.options.levels > 0 {
             return self.probability(node, 1);
         }
-        let known = on!(&self.numbers, solved => solved.number(node.0));
+        let known = self.value(node, Quantity::Number);
         let known = known.filter(|_| !self.graph.is_frontier(node.0));
         known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
     }
@@ -288,13 +294,16 @@ impl Values {
     /// Returns the values of the kept choices of a state at level k, those that are best first: the
     /// [`Values::best_choice`], then by probability or cost, then in the order of the program.
     pub fn choices(&self, node: Node, k: usize, aim: Aim) -> Vec<ChoiceValues> {
-        let Some(index) = k.checked_sub(1) else { return Vec::new() };
+        if k == 0 {
+            return Vec::new();
+        }
+        let after = |quantity: fn(u32) -> Quantity, choice: u32| on!(&self.numbers, solved => solved.of_choice(&self.graph, quantity(k as u32), choice));
         let probability = |choice: u32| {
-            let known = on!(&self.numbers, s => s.choice_probability(&self.graph, choice, index));
+            let known = after(Quantity::Probability, choice);
             known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
         };
         let value = |choice: u32| {
-            let cost = on!(&self.numbers, s => s.choice_cost(&self.graph, choice, index));
+            let cost = after(Quantity::Cost, choice);
             // A choice that keeps the improvements certain has the probability 1 without rounding.
             let probability = if cost.is_some() { Bounds::point(1) } else { probability(choice) };
             let position = self.graph.position(choice);
@@ -333,8 +342,10 @@ impl Values {
         let choice = match (aim, &self.ties) {
             (Aim::Likely, Some(ties)) if rank.positive as usize >= k => ties.pick(node, index),
             (Aim::Cheap, Some(ties)) if rank.sure as usize >= k => ties.pick(node, index),
-            _ if rank.sure as usize >= k => on!(&self.numbers, s => s.cost.get(index)?.pick(node)),
-            (Aim::Likely, _) => on!(&self.numbers, s => s.probability.get(index)?.pick(node)),
+            _ if rank.sure as usize >= k => {
+                on!(&self.numbers, s => s.get(Quantity::Cost(k as u32))?.pick(node))
+            }
+            (Aim::Likely, _) => on!(&self.numbers, s => s.get(Quantity::Probability(k as u32))?.pick(node)),
             (Aim::Cheap, _) => NONE,
         };
         (choice != NONE).then_some(choice)

@@ -16,6 +16,30 @@ use meliora_base::exact::Ratio;
 use meliora_base::interval::{Bounds, Interval};
 use meliora_base::number::Number;
 
+/// Computes values by [`refined`] with an expression, in which a name stands for the kind of numbers. The expression also
+/// returns something else about the values.
+macro_rules! computed_with {
+    ($precision:expr, $most:expr, $number:ident => $values:expr) => {{
+        let near = || {
+            type $number = meliora_base::interval::Interval;
+            $values
+        };
+        $crate::vector::refined(($precision, $most), near, || {
+            type $number = meliora_base::exact::Ratio;
+            $values
+        })
+    }};
+}
+pub(crate) use computed_with;
+
+/// Does the same for values alone.
+macro_rules! computed {
+    ($precision:expr, $most:expr, $number:ident => $values:expr) => {
+        $crate::vector::computed_with!($precision, $most, $number => Ok(($values?, ()))).map(|(found, ())| found)
+    };
+}
+pub(crate) use computed;
+
 /// The paths that reach a state of `right` through states of `left`, after at least `least` and at most `most` steps.
 #[derive(Debug, Clone)]
 pub struct Until {
@@ -61,21 +85,7 @@ pub enum Accumulation {
 /// # Errors
 /// A limit is reached before anything is known.
 pub fn probability(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Answer> {
-    Ok(probabilities(arena, until, goal, precision)?.answer(1.0))
-}
-
-/// Computes the same as [`probability`], without the form of an answer.
-///
-/// # Errors
-/// See [`probability`].
-pub(crate) fn probabilities(
-    arena: &Arena<'_>,
-    until: &Until,
-    goal: Extremes,
-    precision: f64,
-) -> Result<Computed> {
-    let near = || until_of::<Interval>(arena, until, goal, &mut arena.meter());
-    computed(precision, near, || until_of::<Ratio>(arena, until, goal, &mut arena.meter()))
+    computed!(precision, 1.0, N => until_of::<N>(arena, until, goal, &mut arena.meter()))
 }
 
 /// Computes the probability that the next state is in a set. Cost: one pass over the arena.
@@ -89,8 +99,7 @@ pub fn next(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64) -> 
         let back = Back::new(arena, goal, None, &mut meter)?;
         back.steps(x, 1, &mut meter, |_, best| best()).map(Vector::of)
     }
-    let near = || found::<Interval>(arena, set, goal);
-    Ok(computed(precision, near, || found::<Ratio>(arena, set, goal))?.answer(1.0))
+    computed!(precision, 1.0, N => found::<N>(arena, set, goal))
 }
 
 /// Computes expected rewards in all states. Cost: as [`probability`].
@@ -104,22 +113,7 @@ pub fn reward(
     goal: Extremes,
     precision: f64,
 ) -> Result<Answer> {
-    Ok(rewards_of_all(arena, rewards, accumulation, goal, precision)?.answer(f64::INFINITY))
-}
-
-/// Computes the same as [`reward`], without the form of an answer.
-///
-/// # Errors
-/// See [`reward`].
-pub(crate) fn rewards_of_all(
-    arena: &Arena<'_>,
-    rewards: &Rewards,
-    accumulation: &Accumulation,
-    goal: Extremes,
-    precision: f64,
-) -> Result<Computed> {
-    let near = || reward_of::<Interval>(arena, rewards, accumulation, goal, &mut arena.meter());
-    computed(precision, near, || reward_of::<Ratio>(arena, rewards, accumulation, goal, &mut arena.meter()))
+    computed!(precision, f64::INFINITY, N => reward_of::<N>(arena, rewards, accumulation, goal, &mut arena.meter()))
 }
 
 /// Computes the long-run fraction of time in a set, for models of one player.
@@ -128,74 +122,29 @@ pub(crate) fn rewards_of_all(
 /// Players look for different extremes; a limit is reached before anything is known.
 pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64) -> Result<Answer> {
     let rewards = Rewards::of_set(arena, set);
-    let mut found = reward(arena, &rewards, &Accumulation::LongRun, goal, precision)?;
-    for value in &mut found.values {
-        if let Value::Finite(bounds) = value {
-            bounds.interval.upper = bounds.interval.upper.min(1.0);
-        }
-    }
-    Ok(found)
+    let average = &Accumulation::LongRun;
+    computed!(precision, 1.0, N => reward_of::<N>(arena, &rewards, average, goal, &mut arena.meter()))
 }
 
-/// The values of all states as they were computed.
-pub(crate) enum Computed {
-    Near(Vector<Interval>),
-    Exact(Vector<Ratio>),
-}
-
-impl Computed {
-    /// Returns the values as an answer; none exceeds `most`.
-    pub(crate) fn answer(self, most: f64) -> Answer {
-        match self {
-            Computed::Near(found) => found.answer(most),
-            Computed::Exact(found) => found.answer(most),
-        }
-    }
-
-    /// Returns the bounds of the values, which may be infinite; none exceeds `most`.
-    ///
-    /// # Errors
-    /// A limit was reached.
-    pub(crate) fn bounds(self, most: f64) -> Result<Vec<Interval>> {
-        let of = |x: Option<Interval>| match x {
-            Some(Interval { lower, upper }) => Interval { lower, upper: upper.min(most) },
-            None => Interval::point(f64::INFINITY),
-        };
-        match self {
-            Computed::Near(found) => found.end.map(|()| found.values.into_iter().map(of).collect()),
-            Computed::Exact(found) => {
-                found.end.map(|()| found.values.iter().map(|x| of(x.as_ref().map(Number::bounds))).collect())
-            }
-        }
-    }
-
-    /// Forgets all but the values of the first states.
-    pub(crate) fn first(self, count: usize) -> Self {
-        match self {
-            Computed::Near(found) => Computed::Near(found.first(count)),
-            Computed::Exact(found) => Computed::Exact(found.first(count)),
-        }
-    }
-}
-
-/// Computes bounds, and fractions where these are too wide or asked for.
-pub(crate) fn computed(
-    precision: f64,
-    bounds: impl FnOnce() -> Result<Vector<Interval>>,
-    exact: impl FnOnce() -> Result<Vector<Ratio>>,
-) -> Result<Computed> {
+/// Computes bounds with a precision, and fractions where they are too wide or asked for, as an answer in which no value
+/// exceeds `most`. Also returns what was found with these values.
+pub(crate) fn refined<T>(
+    (precision, most): (f64, f64),
+    bounds: impl FnOnce() -> Result<(Vector<Interval>, T)>,
+    exact: impl FnOnce() -> Result<(Vector<Ratio>, T)>,
+) -> Result<(Answer, T)> {
     if precision <= 0.0 {
-        return exact().map(Computed::Exact);
+        return exact().map(|(found, more)| (found.answer(most), more));
     }
-    let found = bounds()?;
+    let (mut found, more) = bounds()?;
     let is_narrow = found.values.iter().flatten().all(|x| x.relative_width() <= precision);
-    if is_narrow || found.end.is_err() {
-        return Ok(Computed::Near(found));
+    if !is_narrow && found.end.is_ok() {
+        match exact() {
+            Ok((exact, more)) => return Ok((exact.answer(most), more)),
+            Err(e) => found.end = Err(e),
+        }
     }
-    Ok(match exact() {
-        Ok(exact) => Computed::Exact(exact),
-        Err(e) => Computed::Near(Vector { end: Err(e), ..found }),
-    })
+    Ok((found.answer(most), more))
 }
 
 impl<N: Number> Vector<N> {
@@ -210,11 +159,7 @@ impl<N: Number> Vector<N> {
         Vector { values, end: self.end }
     }
 
-    fn first(mut self, count: usize) -> Self {
-        self.values.truncate(count);
-        self
-    }
-
+    /// Returns the values as an answer; none exceeds `most`.
     pub(crate) fn answer(self, most: f64) -> Answer {
         let value = |x: Option<N>| match x {
             None => Value::Infinite,

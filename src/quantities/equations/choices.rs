@@ -29,6 +29,16 @@ impl Choices {
         &self.to[self.start[choice] as usize..self.start[choice + 1] as usize]
     }
 
+    /// Ends the choice whose successors were added.
+    pub(crate) fn end_choice(&mut self) {
+        self.start.push(self.to.len() as u32);
+    }
+
+    /// Ends the node whose choices were added.
+    pub(crate) fn end_node(&mut self) {
+        self.first.push(self.start.len() as u32 - 1);
+    }
+
     /// Returns the bytes of the rows.
     pub(crate) fn bytes(&self) -> usize {
         4 * (self.first.len() + self.start.len() + self.to.len())

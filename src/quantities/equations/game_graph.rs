@@ -110,12 +110,12 @@ impl GameGraph {
 
     /// Ends the choice whose edges were added.
     pub(crate) fn end_choice(&mut self) {
-        self.choices.start.push(self.choices.to.len() as u32);
+        self.choices.end_choice();
     }
 
     /// Ends the node whose choices were added.
     pub(crate) fn end_node(&mut self) {
-        self.choices.first.push(self.choices_in_all() as u32);
+        self.choices.end_node();
     }
 
     /// Returns the states in which the greatest value is looked for.

@@ -190,14 +190,27 @@ impl<'a, N: Number> System<'a, N> {
         let has_costs = matches!(quantity, Quantity::Cost(_) | Quantity::Reward);
         let numbers = has_costs.then_some(&graph.costs);
         let (below, closed) = if quantity == Quantity::Number { (None, below) } else { (below, None) };
+        let gains = Gains { numbers, exact: graph.fractions(), values: fractions };
+        let asked = (quantity, Extremes::against(quantity.leader()));
+        System { below, closed, ..System::of(graph, Domain::Ranks(graph), asked, gains, fractions) }
+    }
+
+    /// Creates a system without values of other nodes.
+    fn of(
+        game: &'a GameGraph,
+        domain: Domain<'a>,
+        (quantity, goal): (Quantity, Extremes),
+        gains: Gains<'a, N>,
+        fractions: &'a [N],
+    ) -> Self {
         System {
-            game: graph,
+            game,
             quantity,
-            goal: Extremes::against(quantity.leader()),
-            domain: Domain::Ranks(graph),
-            gains: Gains { numbers, exact: graph.fractions(), values: fractions },
-            below,
-            closed,
+            goal,
+            domain,
+            gains,
+            below: None,
+            closed: None,
             fractions,
             only: None,
             candidates: None,
@@ -212,7 +225,7 @@ impl<'a, N: Number> System<'a, N> {
     /// `gains` those of rewards as numbers.
     pub(crate) fn of_sets(
         (game, sets): (&'a GameGraph, &'a Sets),
-        (quantity, goal): (Quantity, Extremes),
+        asked: (Quantity, Extremes),
         rewards: Option<(&'a Rewards, &'a [N])>,
         fractions: &'a [N],
     ) -> Self {
@@ -222,24 +235,7 @@ impl<'a, N: Number> System<'a, N> {
             }
             None => Gains { numbers: None, exact: &[], values: &[] },
         };
-        let (domain, below, closed) = (Domain::Sets(sets), None, None);
-        let (only, candidates, fixed, found, scope, one) = (None, None, None, None, None, N::one());
-        System {
-            game,
-            quantity,
-            goal,
-            domain,
-            gains,
-            below,
-            closed,
-            fractions,
-            only,
-            candidates,
-            fixed,
-            found,
-            scope,
-            one,
-        }
+        System::of(game, Domain::Sets(sets), asked, gains, fractions)
     }
 
     /// Returns the choices of open nodes that may be taken. Cost: linear.

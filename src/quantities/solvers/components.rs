@@ -163,6 +163,23 @@ impl Choices {
     }
 }
 
+impl Choices {
+    /// Returns the strongly connected components that no choice of their nodes leaves. Cost: linear.
+    pub(crate) fn bottoms(&self) -> Vec<Vec<u32>> {
+        let nodes = self.first.len() - 1;
+        let found = self.components(0..nodes as u32, |_| true);
+        let mut own = vec![NONE; nodes];
+        for (number, members) in (0..).zip(found.iter()) {
+            members.iter().for_each(|&member| own[member as usize] = number);
+        }
+        let is_left = |&node: &u32| {
+            let mut ends = self.of(node).flat_map(|choice| self.successors(choice));
+            ends.any(|&to| own[to as usize] != own[node as usize])
+        };
+        found.iter().filter(|members| !members.iter().any(is_left)).map(<[u32]>::to_vec).collect()
+    }
+}
+
 /// The maximal end components that some choices form.
 #[derive(Debug)]
 pub(crate) struct EndComponents {
@@ -173,6 +190,20 @@ pub(crate) struct EndComponents {
     pub(crate) count: usize,
     /// True for each choice inside of an end component.
     pub(crate) inside: Vec<bool>,
+}
+
+impl EndComponents {
+    /// Returns the nodes of each end component of some choices.
+    pub(crate) fn members(&self, choices: &Choices) -> Vec<Vec<u32>> {
+        let mut members: Vec<Vec<u32>> = vec![Vec::new(); self.count];
+        for (node, &group) in (0..).zip(&self.group) {
+            if choices.of(node).any(|choice| self.inside[choice]) {
+                members[group as usize].push(node);
+            }
+        }
+        members.retain(|members| !members.is_empty());
+        members
+    }
 }
 
 /// Computes the maximal end components of the given choices.
@@ -315,9 +346,9 @@ mod tests {
         for row in rows {
             for to in *row {
                 choices.to.extend_from_slice(to);
-                choices.start.push(choices.to.len() as u32);
+                choices.end_choice();
             }
-            choices.first.push(choices.start.len() as u32 - 1);
+            choices.end_node();
         }
         choices
     }

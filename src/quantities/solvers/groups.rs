@@ -144,18 +144,18 @@ impl<N: Number> Equation<N> {
         self.low = self.low.plus(low).low();
         self.high = self.high.plus(high).high();
     }
+}
 
-    /// Unites the edges to the same group.
-    fn unite(&mut self) {
-        self.row.edges.sort_by_key(|edge| edge.0);
-        self.row.edges.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                kept.1 = kept.1.plus(&next.1);
-            }
-            same
-        });
-    }
+/// Sorts edges, and unites those to the same group.
+pub(crate) fn unite<N: Weight>(edges: &mut Vec<(u32, N)>) {
+    edges.sort_by_key(|edge| edge.0);
+    edges.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        if same {
+            kept.1 = kept.1.plus(&next.1);
+        }
+        same
+    });
 }
 
 /// The nodes of a component and their groups: end components in which the leading side alone chooses.
@@ -213,14 +213,14 @@ impl<'n> Groups<'n> {
                 if is_free(system, choice, position, &mut free.to)
                     && !free.to[before..].iter().any(|&to| leaves[to as usize])
                 {
-                    free.start.push(free.to.len() as u32);
+                    free.end_choice();
                     numbers.push(choice);
                 } else {
                     free.to.truncate(before);
                 }
             }
             leaves[index] = numbers.len() == first;
-            free.first.push(numbers.len() as u32);
+            free.end_node();
         }
         let found = match numbers.is_empty() {
             true => {
@@ -347,7 +347,7 @@ impl<'n> Groups<'n> {
                 }
             }
         }
-        equation.unite();
+        unite(&mut equation.row.edges);
     }
 
     /// Stores the values of the groups for their nodes, and the choices that attain them.

@@ -113,11 +113,8 @@ impl Builder {
     /// Adds a choice to the next state.
     fn choice(&mut self, reward: Ratio, edges: impl Iterator<Item = Edge>) {
         let Earning { game, rewards } = &mut self.made;
-        for edge in edges {
-            game.choices.to.push(edge.to);
-            game.weights.push(edge.weight());
-        }
-        game.choices.start.push(game.choices.to.len() as u32);
+        edges.for_each(|edge| game.add_edge(edge));
+        game.end_choice();
         let reward = rewards.fractions.number(reward);
         rewards.of_choice.push(reward);
     }
@@ -125,7 +122,7 @@ impl Builder {
     /// Ends the next state.
     fn state(&mut self, is_theirs: bool) {
         let Earning { game, rewards } = &mut self.made;
-        game.choices.first.push(game.choices.start.len() as u32 - 1);
+        game.end_node();
         game.theirs.iter_mut().for_each(|theirs| theirs.push(is_theirs));
         let nothing = rewards.fractions.number(Ratio::zero());
         rewards.of_state.push(nothing);

@@ -44,6 +44,11 @@ pub(crate) enum Side {
 }
 
 impl Side {
+    /// Returns the bound of this side.
+    fn of(self, Interval { lower, upper }: Interval) -> f64 {
+        if self == Side::Lower { lower } else { upper }
+    }
+
     /// Returns the side of the bounds that need ranks.
     pub(crate) fn ranked(quantity: Quantity) -> Self {
         if matches!(quantity, Quantity::Probability(_)) { Side::Lower } else { Side::Upper }
@@ -141,8 +146,7 @@ impl Wanted<'_> {
 
     /// Rounds a bound outwards; keeps a fraction where a double would be 0, 1 or infinite.
     fn outward(&self, exact: Ratio) -> Number {
-        let Interval { lower, upper } = Interval::around(&exact);
-        let near = if self.side == Side::Lower { lower } else { upper };
+        let near = self.side.of(Interval::around(&exact));
         let says_less = near != 0.0 && near != 1.0 && near.is_finite();
         if says_less { Number::Double(near) } else { Number::from(exact) }
     }
@@ -189,12 +193,7 @@ impl Work<'_> {
     }
 
     fn set(&mut self, node: u32, bound: Number) {
-        let double = match &bound {
-            Number::Double(x) => *x,
-            Number::Fraction(x) if self.wanted.side == Side::Lower => Interval::around(x).lower,
-            Number::Fraction(x) => Interval::around(x).upper,
-        };
-        self.found.rounded.store(node, Interval::point(double));
+        self.found.rounded.store(node, Interval::point(self.wanted.side.of(bound.around())));
         self.found.bounds[node as usize] = bound;
     }
 
@@ -387,10 +386,7 @@ impl Work<'_> {
         known(self, false);
         let (wanted, system) = (self.wanted, self.wanted.system());
         system.component(nodes, position, &mut self.found.rounded, meter)?;
-        let solved = |&node: &u32| {
-            let Interval { lower, upper } = *self.found.rounded.stored(node);
-            Number::Double(if wanted.side == Side::Lower { lower } else { upper })
-        };
+        let solved = |&node: &u32| Number::Double(wanted.side.of(*self.found.rounded.stored(node)));
         let solved: Vec<Number> = nodes.iter().map(solved).collect();
         if !self.are_bounds(nodes, position, &solved) {
             known(self, false);

@@ -15,7 +15,7 @@ use super::eliminate::{self, Row};
 use super::reaching::{Vector, value_at};
 use super::sides::Sides;
 use crate::equations::choices::Choices;
-use crate::equations::game_graph::{Extremes, GameGraph, Rewards};
+use crate::equations::game_graph::{Edge, Extremes, GameGraph, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::{Meter, Stop};
 use crate::equations::solution::{Members, Rest, Solution};
@@ -46,13 +46,7 @@ pub(crate) fn values<N: Number>(
     let optimum = optimum(game, goal)?;
     meter.take(game.states() * (components::SEARCH + 12) + 2 * game.choices.bytes())?;
     let found = components::end_components(&game.choices, meter)?;
-    let mut members: Vec<Vec<u32>> = vec![Vec::new(); found.count];
-    for state in 0..game.states() as u32 {
-        if game.choices.of(state).any(|choice| found.inside[choice]) {
-            members[found.group[state as usize] as usize].push(state);
-        }
-    }
-    members.retain(|members| !members.is_empty());
+    let members = found.members(&game.choices);
     let [probabilities, gains] = [&game.fractions, &rewards.fractions].map(|known| known.list());
     let [probabilities, gains] =
         [probabilities, gains].map(|list| list.iter().map(N::of).collect::<Vec<N>>());
@@ -133,37 +127,20 @@ fn with_exits(game: &GameGraph, members: &[Vec<u32>]) -> GameGraph {
         members.iter().for_each(|&state| exits[state as usize] = exit);
     }
     let mut extended = GameGraph { fractions: game.fractions.clone(), ..GameGraph::default() };
-    let sure = 2 * extended.fractions.number(Ratio::from_integer(1.into()));
+    let sure = extended.fractions.number(Ratio::from_integer(1.into()));
     for state in 0..game.states() as u32 {
         for choice in game.choices(state) {
-            for edge in game.edges(choice) {
-                extended.choices.to.push(edge.to);
-                extended.weights.push(edge.weight());
-            }
-            extended.choices.start.push(extended.choices.to.len() as u32);
+            game.edges(choice).for_each(|edge| extended.add_edge(edge));
+            extended.end_choice();
         }
         if exits[state as usize] != NONE {
-            extended.choices.to.push(exits[state as usize]);
-            extended.weights.push(sure);
-            extended.choices.start.push(extended.choices.to.len() as u32);
+            extended.add_edge(Edge::new(exits[state as usize], sure, false));
+            extended.end_choice();
         }
-        extended.choices.first.push(extended.choices.start.len() as u32 - 1);
+        extended.end_node();
     }
-    let choices = extended.choices.start.len() as u32 - 1;
-    extended.choices.first.resize(game.states() + members.len() + 1, choices);
+    members.iter().for_each(|_| extended.end_node());
     extended
-}
-
-/// Returns whether a component is never left; then its states get the number `exit`.
-pub(crate) fn is_bottom(game: &GameGraph, component: &[u32], nodes: &mut [u32], exit: u32) -> bool {
-    component.iter().for_each(|&state| nodes[state as usize] = exit);
-    let stays =
-        |&state: &u32| game.choices.successors(state as usize).iter().all(|&to| nodes[to as usize] == exit);
-    let is_bottom = component.iter().all(stays);
-    if !is_bottom {
-        component.iter().for_each(|&state| nodes[state as usize] = NONE);
-    }
-    is_bottom
 }
 
 /// An end component.
@@ -367,21 +344,12 @@ impl<'a, N: Number> Inside<'a, N> {
         let mut chain = Choices::default();
         for &choice in policy {
             chain.to.extend(self.edges(choice).map(|(to, _)| to));
-            chain.start.push(chain.to.len() as u32);
-            chain.first.push(chain.start.len() as u32 - 1);
+            chain.end_choice();
+            chain.end_node();
         }
-        let found = chain.components(0..policy.len() as u32, |_| true);
-        let mut own = vec![NONE; policy.len()];
         let mut best: Option<(N, u32)> = None;
-        for (number, component) in (0..).zip(found.iter()) {
-            component.iter().for_each(|&member| own[member as usize] = number);
-            let stays = |&member: &u32| {
-                chain.successors(member as usize).iter().all(|&to| own[to as usize] == number)
-            };
-            if !component.iter().all(stays) {
-                continue;
-            }
-            let average = self.evaluated(policy, component, component[0] as usize, meter)?.average;
+        for component in chain.bottoms() {
+            let average = self.evaluated(policy, &component, component[0] as usize, meter)?.average;
             if best.as_ref().is_none_or(|(best, _)| average.beats(best, optimum == Optimum::Max)) {
                 best = Some((average, component[0]));
             }

@@ -8,6 +8,7 @@ use meliora_model::Optimum;
 use meliora_space::weighted::Fractions;
 
 use super::components::{self, EndComponents};
+use super::groups::unite;
 use super::sides::Sides;
 use crate::equations::arena::{Arena, Rewards};
 use crate::equations::choices::Choices;
@@ -145,10 +146,10 @@ impl Pairs {
                 }
                 let signed = gains.into_iter().zip(objectives).map(|(gain, own)| signed(gain, own.1));
                 pairs.gains.push(signed.map(|gain| fractions.number(gain)).collect());
-                pairs.choices.start.push(pairs.choices.to.len() as u32);
+                pairs.choices.end_choice();
                 meter.take(12 * arena.choices.successors(choice).len() + 4 * objectives.len() + 28)?;
             }
-            pairs.choices.first.push(pairs.choices.start.len() as u32 - 1);
+            pairs.choices.end_node();
         }
         Ok(pairs)
     }
@@ -308,14 +309,7 @@ impl Pairs {
                 edges.push((to, p));
             }
         }
-        edges.sort_unstable_by_key(|edge| edge.0);
-        edges.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                kept.1 += &next.1;
-            }
-            same
-        });
+        unite(&mut edges);
         let edges = edges.into_iter().map(|(to, p)| (to, fractions.number(p / &leaving))).collect();
         let gains = self.gains[choice].iter();
         let gains = gains.map(|&gain| known(fractions, gain) / &leaving).collect::<Vec<_>>();

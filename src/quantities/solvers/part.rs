@@ -80,11 +80,7 @@ impl<'a> Part<'a> {
             nodes: BitVec::repeat(false, graph.nodes()),
             picks: BitVec::repeat(false, graph.choices_in_all()),
         };
-        let levels = |count: usize| 1..=count as u32;
-        let probabilities = levels(solved.probability.len()).map(Quantity::Probability);
-        let quantities = probabilities.chain(levels(solved.cost.len()).map(Quantity::Cost));
-        let followed =
-            quantities.chain(solved.number.is_some().then_some(Quantity::Number)).map(of).collect();
+        let followed = solved.quantities().take(solved.solutions.len()).map(of).collect();
         Part { graph, solved, followed, open: Vec::new(), entered: BitVec::repeat(false, graph.nodes()) }
     }
 
@@ -104,12 +100,12 @@ impl<'a> Part<'a> {
     fn follow(&mut self) -> bool {
         let mut is_known = true;
         while let Some((quantity, node)) = self.open.pop() {
-            let choice = self.solution(quantity).map_or(NONE, |own| own.pick(node));
+            let choice = self.solved.get(quantity).map_or(NONE, |own| own.pick(node));
             if choice == NONE {
                 is_known = false;
                 continue;
             }
-            let at = self.at(quantity);
+            let at = self.solved.place(quantity);
             self.followed[at].picks.set(choice as usize, true);
             self.graph.edges(choice).for_each(|edge| self.enter_by(quantity, edge));
         }
@@ -129,11 +125,11 @@ impl<'a> Part<'a> {
         if quantity.follows_from(rank) {
             return;
         }
-        if quantity == Quantity::Number && rank.positive == 1 && !self.solved.probability.is_empty() {
+        if quantity == Quantity::Number && rank.positive == 1 && self.solved.below(quantity).is_some() {
             return self.enter(Quantity::Probability(1), node);
         }
         self.entered.set(node as usize, true);
-        let at = self.at(quantity);
+        let at = self.solved.place(quantity);
         if !self.graph.is_frontier(node) && !self.followed[at].nodes.replace(node as usize, true) {
             self.open.push((quantity, node));
         }
@@ -145,33 +141,11 @@ impl<'a> Part<'a> {
         all.filter(move |&node| self.graph.is_frontier(node) == frontier)
     }
 
-    /// Returns the place of a quantity.
-    fn at(&self, quantity: Quantity) -> usize {
-        let probabilities = self.solved.probability.len();
-        match quantity {
-            Quantity::Probability(k) => k as usize - 1,
-            Quantity::Cost(k) => probabilities + k as usize - 1,
-            _ => probabilities + self.solved.cost.len(),
-        }
-    }
-
-    fn solution(&mut self, quantity: Quantity) -> Option<&mut Solution<Interval>> {
-        match quantity {
-            Quantity::Probability(k) => self.solved.probability.get_mut(k as usize - 1),
-            Quantity::Cost(k) => self.solved.cost.get_mut(k as usize - 1),
-            _ => self.solved.number.as_mut(),
-        }
-    }
-
     /// Solves the equations of the best choices alone.
     fn attained(&self, meter: &mut Meter<'_>) -> Result<Vec<Solution<Interval>>> {
         let mut found: Vec<Solution<Interval>> = Vec::new();
         for Followed { quantity, nodes, picks } in &self.followed {
-            let below = match quantity {
-                Quantity::Probability(1) | Quantity::Cost(1) => None,
-                Quantity::Number => found.first(),
-                _ => found.last(),
-            };
+            let below = self.solved.below(*quantity).map(|at| &found[at]);
             let system = System::new(self.graph, *quantity, below, &self.solved.fractions);
             let system = System { scope: Some(nodes), found: Some(picks), ..system };
             let mut solution = system.start(meter)?;
@@ -189,8 +163,7 @@ impl<'a> Part<'a> {
             let own = attained.get(at);
             let most = if quantity.is_probability() { 1.0 } else { f64::INFINITY };
             let nodes = std::mem::take(&mut self.followed[at].nodes);
-            let Some(solution) = self.solution(quantity) else { continue };
-            solution.revise(|node, hoped| {
+            self.solved.solutions[at].revise(|node, hoped| {
                 let own = own.filter(|_| nodes[node as usize]).and_then(|own| own.get(node));
                 let is_endless = quantity == Quantity::Number && graph.rank(node).positive == EVERY;
                 match quantity.leader() {
@@ -205,8 +178,8 @@ impl<'a> Part<'a> {
     }
 
     /// Returns whether the bounds of a value are narrow.
-    fn is_narrow(&mut self, quantity: Quantity, node: u32) -> bool {
-        let value = self.solution(quantity).and_then(|own| own.get(node).copied());
+    fn is_narrow(&self, quantity: Quantity, node: u32) -> bool {
+        let value = self.solved.get(quantity).and_then(|own| own.get(node));
         value.is_some_and(|value| value.relative_width() <= PRECISION)
     }
 }

@@ -129,7 +129,18 @@ impl<'a> Sides<'a> {
     }
 
     /// Returns the attractor of T through `left` by some choices, of which some hit in themselves.
-    fn attracted(&self, target: &BitVec, left: &BitVec, (by, hits): By<'_>) -> BitVec {
+    fn attracted(&self, target: &BitVec, left: &BitVec, by: By<'_>) -> BitVec {
+        self.attracted_by(target, left, by, |_, _| {})
+    }
+
+    /// Does the same, breadth first; `each` gets each state that is attracted, and the choice that attracts it.
+    pub(crate) fn attracted_by(
+        &self,
+        target: &BitVec,
+        left: &BitVec,
+        (by, hits): By<'_>,
+        mut each: impl FnMut(usize, usize),
+    ) -> BitVec {
         let mut found = target.clone();
         // Minimisers are attracted by the last of their choices.
         let (mut enters, mut open) = (BitVec::<usize>::new(), Vec::new());
@@ -138,7 +149,7 @@ impl<'a> Sides<'a> {
             open.extend((0..left.len() as u32).map(count));
             enters.resize(by.len(), false);
         }
-        let mut layer: Vec<u32> = target.iter_ones().map(|state| state as u32).collect();
+        let mut queue: Vec<u32> = target.iter_ones().map(|state| state as u32).collect();
         let mut enter = |choice: usize, found: &mut BitVec| {
             let state = self.reversed.owner[choice] as usize;
             if found[state] || !left[state] || !by[choice] {
@@ -154,14 +165,17 @@ impl<'a> Sides<'a> {
                 }
             }
             found.set(state, true);
+            each(state, choice);
             Some(state as u32)
         };
         for choice in hits.iter().flat_map(|hits| hits.iter_ones()) {
-            layer.extend(enter(choice, &mut found));
+            queue.extend(enter(choice, &mut found));
         }
-        while let Some(to) = layer.pop() {
+        let mut next = 0;
+        while let Some(&to) = queue.get(next) {
+            next += 1;
             for &choice in self.reversed.entering(to) {
-                layer.extend(enter(choice as usize, &mut found));
+                queue.extend(enter(choice as usize, &mut found));
             }
         }
         found

@@ -18,25 +18,54 @@ use meliora_base::number::Number;
 pub(crate) struct Solved<N> {
     /// The fractions of the graph as numbers.
     pub(crate) fractions: Vec<N>,
-    /// P_1, P_2, …
-    pub(crate) probability: Vec<Solution<N>>,
-    /// C_1, C_2, …
-    pub(crate) cost: Vec<Solution<N>>,
-    pub(crate) number: Option<Solution<N>>,
+    /// P_1, P_2, …, C_1, C_2, …, N, as far as they are solved.
+    pub(crate) solutions: Vec<Solution<N>>,
+    /// The number of levels.
+    levels: usize,
     /// The nodes where N is infinite; empty without an opponent.
     pub(crate) endless: BitVec,
 }
 
 impl<N: Number> Solved<N> {
-    /// Creates solutions without results.
-    pub(crate) fn new() -> Self {
-        Solved {
-            fractions: Vec::new(),
-            probability: Vec::new(),
-            cost: Vec::new(),
-            number: None,
-            endless: BitVec::new(),
+    /// Creates solutions of some levels, without results.
+    pub(crate) fn new(levels: usize) -> Self {
+        Solved { fractions: Vec::new(), solutions: Vec::new(), levels, endless: BitVec::new() }
+    }
+
+    /// Returns the quantities in the order of their solutions.
+    pub(crate) fn quantities(&self) -> impl Iterator<Item = Quantity> + use<N> {
+        let levels = 1..=self.levels as u32;
+        let probabilities = levels.clone().map(Quantity::Probability);
+        probabilities.chain(levels.map(Quantity::Cost)).chain([Quantity::Number])
+    }
+
+    /// Returns the place of the solution of a quantity.
+    pub(crate) fn place(&self, quantity: Quantity) -> usize {
+        match quantity {
+            Quantity::Probability(k) => k as usize - 1,
+            Quantity::Cost(k) => self.levels + k as usize - 1,
+            _ => 2 * self.levels,
         }
+    }
+
+    /// Returns the place of the solution that the equations of a quantity need: that of the level below, or P_1 for N.
+    pub(crate) fn below(&self, quantity: Quantity) -> Option<usize> {
+        match quantity {
+            Quantity::Probability(1) | Quantity::Cost(1) => None,
+            Quantity::Number => (self.levels > 0).then_some(0),
+            _ => Some(self.place(quantity) - 1),
+        }
+    }
+
+    /// Returns the solution of a quantity, if it is known.
+    pub(crate) fn get(&self, quantity: Quantity) -> Option<&Solution<N>> {
+        self.solutions.get(self.place(quantity))
+    }
+
+    /// Returns the solutions P_1, P_2, … and C_1, C_2, …
+    pub(crate) fn by_level(&self) -> [&[Solution<N>]; 2] {
+        let (probabilities, rest) = self.solutions.split_at(self.levels.min(self.solutions.len()));
+        [probabilities, &rest[..self.levels.min(rest.len())]]
     }
 
     /// Solves the systems of all levels, and that of the expected numbers. In a game, we maximise P_k and N and minimise
@@ -44,32 +73,25 @@ impl<N: Number> Solved<N> {
     ///
     /// # Errors
     /// A limit is reached; the solutions before it are kept.
-    pub(crate) fn run(&mut self, graph: &Graph, levels: usize, meter: &mut Meter<'_>) -> Result<()> {
+    pub(crate) fn run(&mut self, graph: &Graph, meter: &mut Meter<'_>) -> Result<()> {
         meter.take(graph.fractions().len() * N::BYTES)?;
         self.fractions = graph.fractions().iter().map(N::of).collect();
-        for k in 1..=levels as u32 {
-            let below = self.probability.last();
-            let (solution, end) = solved(graph, Quantity::Probability(k), (below, &self.fractions), meter)?;
-            self.probability.push(solution);
+        for quantity in self.quantities() {
+            let (solution, end) = match quantity {
+                Quantity::Number if graph.theirs.is_some() => self.number_of_game(graph, meter)?,
+                _ => {
+                    let below = self.below(quantity).map(|at| &self.solutions[at]);
+                    solved(graph, quantity, (below, &self.fractions), meter)?
+                }
+            };
+            self.solutions.push(solution);
             end?;
         }
-        for k in 1..=levels as u32 {
-            let below = self.cost.last();
-            let (solution, end) = solved(graph, Quantity::Cost(k), (below, &self.fractions), meter)?;
-            self.cost.push(solution);
-            end?;
-        }
-        if graph.theirs.is_some() {
-            return self.run_number_of_game(graph, meter);
-        }
-        let below = self.probability.first();
-        let (number, end) = solved(graph, Quantity::Number, (below, &self.fractions), meter)?;
-        self.number = Some(number);
-        end
+        Ok(())
     }
 
     /// Solves the equations of the expected numbers of improvements of a game: an opponent may let us improve without end.
-    fn run_number_of_game(&mut self, graph: &Graph, meter: &mut Meter<'_>) -> Result<()> {
+    fn number_of_game(&mut self, graph: &Graph, meter: &mut Meter<'_>) -> Result<(Solution<N>, Result<()>)> {
         let nodes = 0..graph.nodes() as u32;
         meter.take(graph.choices.bytes())?;
         self.endless = endless(graph, meter)?;
@@ -86,44 +108,20 @@ impl<N: Number> Solved<N> {
         let system = System::of_sets((graph, &sets), asked, None, &self.fractions);
         let mut solution = system.start(meter)?;
         let end = system.solve(&mut solution, meter);
-        self.number = Some(solution);
-        end
+        Ok((solution, end))
     }
 
-    pub(crate) fn probability(&self, node: u32, index: usize) -> Option<Bounds> {
-        self.probability.get(index)?.get(node).map(Bounds::of)
-    }
-
-    pub(crate) fn cost(&self, node: u32, index: usize) -> Option<Bounds> {
-        self.cost.get(index)?.get(node).map(Bounds::of)
-    }
-
-    pub(crate) fn number(&self, node: u32) -> Option<Bounds> {
-        if self.endless.get(node as usize).is_some_and(|endless| *endless) {
+    /// Returns the value of a node.
+    pub(crate) fn value(&self, node: u32, quantity: Quantity) -> Option<Bounds> {
+        let is_endless = || self.endless.get(node as usize).is_some_and(|endless| *endless);
+        if quantity == Quantity::Number && is_endless() {
             return Some(Bounds { interval: Interval::point(f64::INFINITY), exact: None });
         }
-        self.number.as_ref()?.get(node).map(Bounds::of)
+        self.get(quantity)?.get(node).map(Bounds::of)
     }
 
-    /// Returns the probability of level `index` + 1 if a choice is taken.
-    pub(crate) fn choice_probability(&self, graph: &Graph, choice: u32, index: usize) -> Option<Bounds> {
-        let quantity = Quantity::Probability(index as u32 + 1);
-        self.choice(graph, quantity, &self.probability, choice, index)
-    }
-
-    /// Returns the cost of level `index` + 1 if a choice is taken; `None` if it is not permitted.
-    pub(crate) fn choice_cost(&self, graph: &Graph, choice: u32, index: usize) -> Option<Bounds> {
-        self.choice(graph, Quantity::Cost(index as u32 + 1), &self.cost, choice, index)
-    }
-
-    fn choice(
-        &self,
-        graph: &Graph,
-        quantity: Quantity,
-        solutions: &[Solution<N>],
-        choice: u32,
-        index: usize,
-    ) -> Option<Bounds> {
+    /// Returns the value of a quantity of some level if a choice is taken; `None` if it is not permitted.
+    pub(crate) fn of_choice(&self, graph: &Graph, quantity: Quantity, choice: u32) -> Option<Bounds> {
         let is_unknown = |edge: Edge| {
             let follows = || quantity.after(edge).follows_from(graph.rank(edge.to));
             edge.to != LOST && graph.is_frontier(edge.to) && !follows()
@@ -131,9 +129,9 @@ impl<N: Number> Solved<N> {
         if graph.edges(choice).any(is_unknown) {
             return None;
         }
-        let below = index.checked_sub(1).and_then(|below| solutions.get(below));
+        let below = self.below(quantity).and_then(|at| self.solutions.get(at));
         let system = System::new(graph, quantity, below, &self.fractions);
-        system.value(choice, solutions.get(index)?).as_ref().map(Bounds::of)
+        system.value(choice, self.get(quantity)?).as_ref().map(Bounds::of)
     }
 }
 

@@ -9,14 +9,12 @@ use meliora_base::exact::Ratio;
 use super::nodes::Key;
 use super::{Accepting, Aim, Nodes};
 use crate::equations::arena::{Arena, Extremes, Rewards};
+use crate::equations::choices::Choices;
 use crate::equations::game_graph::{Edge, GameGraph};
-use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::path_values::Value;
-use crate::solvers::long_run::is_bottom;
 use crate::solvers::reaching::Vector;
 use crate::vector::{self, Accumulation, Until};
-use meliora_base::interval::Interval;
 use meliora_base::number::Number;
 
 /// Computes the values of a strategy in its first nodes, against the best choices of the opponent; with fractions where
@@ -34,30 +32,20 @@ pub fn attained(
     let mut meter = arena.meter();
     let chain = Chain::new(arena, aim, nodes, &mut meter)?;
     let most = if matches!(aim, Aim::Reward(..)) { f64::INFINITY } else { 1.0 };
-    let near = || chain.found::<Interval>(aim, goal, arena);
-    let found = vector::computed(precision, near, || chain.found::<Ratio>(aim, goal, arena))?;
-    let found = found.first(starts).answer(most);
+    let mut found = vector::computed!(precision, most, N => chain.found::<N>(aim, goal, arena))?;
+    found.values.truncate(starts);
     found.end.map(|()| found.values)
 }
 
 /// Returns the sets of nodes that reach each other, and no others, by the successors of each node. Cost: linear.
 pub fn bottoms(successors: impl Iterator<Item = Vec<u32>>) -> Vec<Vec<u32>> {
-    let mut game = GameGraph::default();
+    let mut chain = Choices::default();
     for own in successors {
-        game.choices.to.extend(own);
-        game.end_choice();
-        game.end_node();
+        chain.to.extend(own);
+        chain.end_choice();
+        chain.end_node();
     }
-    let found = game.choices.components(0..game.states() as u32, |_| true);
-    let mut place = vec![NONE; game.states()];
-    found.iter().filter(|own| is_left_never(&game, own, &mut place)).map(<[u32]>::to_vec).collect()
-}
-
-/// Returns whether a component is never left; `place` has a place for each node, which is [`NONE`].
-fn is_left_never(game: &GameGraph, component: &[u32], place: &mut [u32]) -> bool {
-    let is_bottom = is_bottom(game, component, place, 0);
-    component.iter().for_each(|&node| place[node as usize] = NONE);
-    is_bottom
+    chain.bottoms()
 }
 
 /// The nodes of a strategy as a game in which we have one choice. Where a path is decided, it stays; with a last node
@@ -148,13 +136,8 @@ impl<'n> Chain<'n> {
 
     /// Returns the nodes of the components that are never left and satisfy one of some conditions.
     fn accepting(&self, all: &[Accepting]) -> BitVec {
-        let states = self.game.states();
-        let (mut accepting, mut place) = (BitVec::repeat(false, states), vec![NONE; states]);
-        let found = self.game.choices.components(0..states as u32, |_| true);
-        for component in found.iter() {
-            if !is_left_never(&self.game, component, &mut place) {
-                continue;
-            }
+        let mut accepting = BitVec::repeat(false, self.game.states());
+        for component in self.game.choices.bottoms() {
             let of: Vec<usize> =
                 component.iter().map(|&node| self.keys[node as usize].state as usize).collect();
             let is_satisfied = |condition: &Accepting| {

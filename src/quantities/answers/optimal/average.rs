@@ -9,13 +9,13 @@ use meliora_base::error::Result;
 use meliora_model::Optimum;
 
 use super::equations::{Equations, Means, rounding};
-use super::{Choices, Optimal, bounds_of};
+use super::{Choices, Optimal};
 use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::solvers::components::{EndComponents, end_components};
 use crate::solvers::long_run::{PART, WIDTH};
-use crate::vector::Accumulation;
+use crate::vector::{self, Accumulation};
 use meliora_base::interval::Interval;
 
 /// Returns the strategy of a long-run average.
@@ -25,7 +25,7 @@ pub(super) fn optimal(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let values = bounds_of(arena, rewards, &Accumulation::LongRun, goal, precision)?;
+    let values = vector::reward(arena, rewards, &Accumulation::LongRun, goal, precision)?.bounds()?;
     let mut meter = arena.meter();
     let found = end_components(&arena.choices, &mut meter)?;
     let staying = Staying { means: Means::new(arena, Some(rewards)), found, optimum: goal.ours };
@@ -54,17 +54,11 @@ impl Staying<'_> {
     /// Returns the best choice of each state of an end component, and the average there.
     fn found(&self, meter: &mut Meter<'_>) -> Result<(Choices, Vec<Option<f64>>)> {
         let states = self.means.arena.states();
-        let mut members: Vec<Vec<u32>> = vec![Vec::new(); self.found.count];
-        for state in 0..states as u32 {
-            if self.inside(state).next().is_some() {
-                members[self.found.group[state as usize] as usize].push(state);
-            }
-        }
         let (mut choices, mut averages) = (vec![NONE; states], vec![None; states]);
         let mut x = vec![0.0; states];
-        for members in members.iter().filter(|members| !members.is_empty()) {
-            let average = self.iterated(members, &mut x, meter)?;
-            for &state in members {
+        for members in self.found.members(&self.means.arena.choices) {
+            let average = self.iterated(&members, &mut x, meter)?;
+            for state in members {
                 averages[state as usize] = Some(average);
                 choices[state as usize] = self.best(state, &x).0;
             }

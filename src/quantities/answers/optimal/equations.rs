@@ -9,6 +9,7 @@ use crate::equations::arena::{Arena, Extremes, Rewards};
 use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use crate::solvers::components::end_components_of;
+use crate::solvers::sides::Sides;
 use meliora_base::interval::Interval;
 
 /// The choices of an arena as sums of doubles.
@@ -121,8 +122,9 @@ impl<'a> Equations<'a> {
     /// The work is cancelled.
     pub(super) fn progressing(&self, over: &BitVec, earns: bool, meter: &mut Meter<'_>) -> Result<Choices> {
         let kept = self.kept(meter)?;
-        let is_gain = |choice: usize| earns && self.means.gain(choice) > 0.0;
-        let mut choices = toward(self.arena, &kept, over, &is_gain);
+        let gains: Option<BitVec> =
+            earns.then(|| (0..kept.len()).map(|choice| self.means.gain(choice) > 0.0).collect());
+        let mut choices = toward(self.arena, &kept, over, gains.as_ref());
         let open = (0..).zip(&mut choices).filter(|(_, choice)| **choice == NONE);
         for (state, choice) in open.filter(|(state, _)| !self.arena.is_theirs(*state)) {
             let first = self.arena.choices.of(state).find(|&choice| kept[choice]);
@@ -141,12 +143,13 @@ impl<'a> Equations<'a> {
         };
         let inside = (0..owner.len()).map(stays).collect();
         let found = end_components_of(&self.arena.choices, inside, &mut meter)?;
-        let is_gain = |choice: usize| found.inside[choice] && !rewards.is_free(choice);
-        let (kept, nowhere) = (found.inside.iter().collect(), BitVec::repeat(false, self.arena.states()));
-        let mut choices = toward(self.arena, &kept, &nowhere, &is_gain);
+        let (kept, nowhere): (BitVec, _) =
+            (found.inside.iter().collect(), BitVec::repeat(false, self.arena.states()));
+        let gains = (0..kept.len()).map(|choice| kept[choice] && !rewards.is_free(choice)).collect();
+        let mut choices = toward(self.arena, &kept, &nowhere, Some(&gains));
         let earning: BitVec = choices.iter().map(|&choice| choice != NONE).collect();
         let all = BitVec::repeat(true, owner.len());
-        let outside = toward(self.arena, &all, &earning, &|_| false);
+        let outside = toward(self.arena, &all, &earning, None);
         for (own, outside) in choices.iter_mut().zip(outside).filter(|(own, _)| **own == NONE) {
             *own = outside;
         }
@@ -154,50 +157,23 @@ impl<'a> Equations<'a> {
     }
 }
 
-/// Returns for each of our states outside of `target` a permitted choice that may lead nearer to it, or that satisfies
-/// `leads`, in the fewest steps; [`NONE`] where there is none, and where the opponent can prevent it. Cost: linear.
+/// Returns for each of our states outside of `target` a permitted choice that may lead nearer to it, or that is one of
+/// `leading`, in the fewest steps; [`NONE`] where there is none, and where the opponent can prevent it. Cost: linear.
 pub(super) fn toward(
     arena: &Arena<'_>,
     permitted: &BitVec,
     target: &BitVec,
-    leads: &dyn Fn(usize) -> bool,
+    leading: Option<&BitVec>,
 ) -> Choices {
-    let (reversed, states) = (arena.choices.reversed(), arena.states());
-    let (mut choices, mut done) = (vec![NONE; states], target.clone());
-    // All choices of the opponent are to be hit.
-    let (mut hit, mut missing) = (BitVec::<usize>::new(), Vec::new());
-    if arena.theirs.is_some() {
-        hit.resize(arena.choices_in_all(), false);
-        let count = |state: u32| arena.choices.of(state).filter(|&choice| permitted[choice]).count();
-        missing.extend((0..states as u32).map(count));
-    }
-    let mut open: std::collections::VecDeque<u32> = target.iter_ones().map(|state| state as u32).collect();
-    let mut enter = |choice: usize, choices: &mut Choices, open: &mut std::collections::VecDeque<u32>| {
-        let state = reversed.owner[choice] as usize;
-        if done[state] || !permitted[choice] {
-            return;
-        }
-        if arena.is_theirs(state as u32) {
-            if hit.replace(choice, true) {
-                return;
-            }
-            missing[state] -= 1;
-            if missing[state] > 0 {
-                return;
-            }
-        } else {
+    let everywhere = BitVec::repeat(true, arena.states());
+    let ours = arena.theirs.as_ref().map_or_else(|| everywhere.clone(), |theirs| !theirs.clone());
+    let reversed = arena.choices.reversed();
+    let sides = Sides { choices: &arena.choices, maximisers: &ours, allowed: permitted, reversed };
+    let mut choices = vec![NONE; arena.states()];
+    sides.attracted_by(target, &everywhere, (permitted, leading), |state, choice| {
+        if ours[state] {
             choices[state] = choice as u32;
         }
-        done.set(state, true);
-        open.push_back(state as u32);
-    };
-    (0..permitted.len())
-        .filter(|&choice| leads(choice))
-        .for_each(|choice| enter(choice, &mut choices, &mut open));
-    while let Some(state) = open.pop_front() {
-        for &choice in reversed.entering(state) {
-            enter(choice as usize, &mut choices, &mut open);
-        }
-    }
+    });
     choices
 }

@@ -114,20 +114,9 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
     }
 }
 
-/// Returns the bounds of rewards.
-fn bounds_of(
-    arena: &Arena<'_>,
-    rewards: &Rewards,
-    accumulation: &Accumulation,
-    goal: Extremes,
-    precision: f64,
-) -> Result<Vec<Interval>> {
-    vector::rewards_of_all(arena, rewards, accumulation, goal, precision)?.bounds(f64::INFINITY)
-}
-
 /// Returns the strategy of an until formula without bounds.
 fn reached(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Optimal> {
-    let values = vector::probabilities(arena, until, goal, precision)?.bounds(1.0)?;
+    let values = vector::probability(arena, until, goal, precision)?.bounds()?;
     let choices = choices_to_reach(arena, until, goal, &values)?;
     let is_end = |state: usize| until.right[state] || !until.left[state];
     Ok(Optimal::memoryless(values, choices, (0..arena.states()).map(is_end).collect()))
@@ -165,7 +154,7 @@ fn earned(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let values = bounds_of(arena, rewards, accumulation, goal, precision)?;
+    let values = vector::reward(arena, rewards, accumulation, goal, precision)?.bounds()?;
     let equations = Equations::new(arena, goal, &values, Some(rewards));
     let is_until = matches!(accumulation, Accumulation::Until(_));
     let is_over = |state: usize| target[state] || !is_until && values[state].upper == 0.0;

@@ -70,7 +70,7 @@ impl Rounds {
             if self.choices.len() == number {
                 self.choices.push(vec![NONE; arena.states()]);
             }
-            let nearer = again.get(number).map(|set| toward(arena, &kept, set, &|_| false));
+            let nearer = again.get(number).map(|set| toward(arena, &kept, set, None));
             for state in (0..arena.states()).filter(|&state| own(state)) {
                 let nearer = nearer.as_ref().map(|all| all[state]).filter(|&choice| choice != NONE);
                 let first = || arena.choices.of(state as u32).find(|&choice| kept[choice]);

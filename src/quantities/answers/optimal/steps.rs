@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
-use meliora_base::exact::Ratio;
 
 use super::{Choices, Optimal, choices_to_reach};
 use crate::equations::arena::{Arena, Extremes, Rewards};
@@ -13,7 +12,7 @@ use crate::equations::meter::Meter;
 use crate::solvers::back::Back;
 use crate::solvers::reaching::Vector;
 use crate::sought::{MOST_STATES, too_many_states};
-use crate::vector::{self, Computed, Until, computed};
+use crate::vector::{self, Until, computed_with};
 use meliora_base::interval::Interval;
 use meliora_base::number::Number;
 
@@ -65,9 +64,8 @@ type Bounded = (Stages, Option<Choices>);
 
 /// Returns the strategy of an until formula with bounds.
 pub(super) fn until(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Optimal> {
-    let found =
-        bounded(precision, |own| until_of(arena, until, goal, own), |own| until_of(arena, until, goal, own))?;
-    let (values, (stages, rest)) = (found.0.bounds(1.0)?, found.1);
+    let (found, (stages, rest)) = computed_with!(precision, 1.0, N => until_of::<N>(arena, until, goal))?;
+    let values = found.bounds()?;
     let is_over = |state: usize| until.right[state] || !until.left[state];
     let ends = (0..arena.states()).map(is_over).collect();
     Ok(Optimal { values, stages, rest, rounds: None, ends: (ends, until.least) })
@@ -81,35 +79,16 @@ pub(super) fn rewards(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let found = bounded(
-        precision,
-        |own| rewards_of(arena, rewards, steps, goal, own),
-        |own| rewards_of(arena, rewards, steps, goal, own),
-    )?;
-    let (values, (stages, rest)) = (found.0.bounds(f64::INFINITY)?, found.1);
+    let (found, stages) =
+        computed_with!(precision, f64::INFINITY, N => rewards_of::<N>(arena, rewards, steps, goal))?;
+    let values = found.bounds()?;
     let ends = (BitVec::repeat(false, arena.states()), 0);
-    Ok(Optimal { values, stages, rest, rounds: None, ends })
-}
-
-/// Computes values as [`computed`] does, with the choices that attain them.
-fn bounded(
-    precision: f64,
-    near: impl FnOnce(&mut Bounded) -> Result<Vector<Interval>>,
-    exact: impl FnOnce(&mut Bounded) -> Result<Vector<Ratio>>,
-) -> Result<(Computed, Bounded)> {
-    let (mut of_near, mut of_exact) = (Bounded::default(), Bounded::default());
-    let found = computed(precision, || near(&mut of_near), || exact(&mut of_exact))?;
-    let own = if matches!(found, Computed::Exact(_)) { of_exact } else { of_near };
-    Ok((found, own))
+    Ok(Optimal { values, stages, rest: None, rounds: None, ends })
 }
 
 /// Returns the values of an until formula, and the choices that attain them.
-fn until_of<N: Number>(
-    arena: &Arena<'_>,
-    until: &Until,
-    goal: Extremes,
-    own: &mut Bounded,
-) -> Result<Vector<N>> {
+fn until_of<N: Number>(arena: &Arena<'_>, until: &Until, goal: Extremes) -> Result<(Vector<N>, Bounded)> {
+    let (mut stages, mut rest) = Bounded::default();
     let (Until { left, right, least, most }, mut meter) = (until, arena.meter());
     let (x, count) = match most {
         Some(most) if most < least => (vec![N::zero(); arena.states()], *most),
@@ -120,7 +99,7 @@ fn until_of<N: Number>(
             found.end?;
             let x: Vec<N> = found.values.into_iter().map(|x| x.unwrap_or_else(N::zero)).collect();
             let bounds: Vec<Interval> = x.iter().map(Number::bounds).collect();
-            own.1 = Some(choices_to_reach(arena, &unbounded, goal, &bounds)?);
+            rest = Some(choices_to_reach(arena, &unbounded, goal, &bounds)?);
             (x, *least)
         }
     };
@@ -133,8 +112,8 @@ fn until_of<N: Number>(
         }
     };
     let back = Back::new(arena, goal, None, &mut meter)?;
-    let values = staged((arena, &back), (x, count), (fixed, *least == 0), &mut own.0, &mut meter)?;
-    Ok(Vector::of(values))
+    let values = staged((arena, &back), (x, count), (fixed, *least == 0), &mut stages, &mut meter)?;
+    Ok((Vector::of(values), (stages, rest)))
 }
 
 /// Returns the rewards of some steps, if they are a sum, or of the state after them, and the choices that attain them.
@@ -143,12 +122,12 @@ fn rewards_of<N: Number>(
     rewards: &Rewards,
     (count, is_sum): (u64, bool),
     goal: Extremes,
-    own: &mut Bounded,
-) -> Result<Vector<N>> {
+) -> Result<(Vector<N>, Stages)> {
+    let mut stages = Stages::new();
     let mut meter = arena.meter();
     let last = |state: usize| if is_sum { N::zero() } else { N::of(rewards.state(state)) };
     let x = (0..arena.states()).map(last).collect();
     let back = Back::new(arena, goal, is_sum.then_some(rewards), &mut meter)?;
-    let values = staged((arena, &back), (x, count), (|_, _| None, true), &mut own.0, &mut meter)?;
-    Ok(Vector::of(values))
+    let values = staged((arena, &back), (x, count), (|_, _| None, true), &mut stages, &mut meter)?;
+    Ok((Vector::of(values), stages))
 }
