@@ -13,7 +13,7 @@ use crate::equations::arena::Arena;
 use crate::equations::game_graph::{Edge, Extremes, GameGraph, Rewards};
 use crate::path_values::Value;
 use crate::several::{Counted, Node, Taking};
-use crate::solvers::pairs::decided;
+use crate::solvers::pairs::{counted_steps, decided};
 use crate::solvers::reaching::Vector;
 use crate::solvers::sides::Sides;
 use crate::vector::{Accumulation, Until, computed, reward_of, until_of};
@@ -41,11 +41,7 @@ pub enum NodeFault {
 /// Returns the first node whose memory is not that of all paths from the first node to it, or that no path visits, if there
 /// is one. Cost: linear.
 pub fn misremembered(objectives: &[(Counted<'_>, Optimum)], nodes: &[Node]) -> Option<usize> {
-    let within = objectives.iter().map(|(counted, _)| match counted {
-        Counted::Within(_, steps) => *steps,
-        _ => 0,
-    });
-    let (most, first) = (within.max().unwrap_or_default(), nodes.first()?);
+    let (most, first) = (counted_steps(objectives), nodes.first()?);
     let mut known = vec![false; nodes.len()];
     let mut open = vec![(0, decided(objectives, first.state).0, 0)];
     while let Some((at, bits, steps)) = open.pop() {

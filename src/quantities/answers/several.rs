@@ -306,11 +306,7 @@ impl Search {
         }
         self.show(&bounds);
         let (low, high) = (bounds[at].clone() * &sign, upper * &sign);
-        let (low, high) = if low <= high { (low, high) } else { (high, low) };
-        Ok(Several::Best(Some(Interval {
-            lower: Interval::around(&low).lower,
-            upper: Interval::around(&high).upper,
-        })))
+        Ok(Several::Best(Some(Interval::around(&low).range(Interval::around(&high)))))
     }
 
     /// Searches at the vertices of the half-spaces, as long as one lies further outside than the precision.

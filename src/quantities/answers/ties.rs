@@ -21,7 +21,7 @@ use crate::equations::solution::Solution;
 use crate::equations::system::{Candidates, Quantity, System};
 use meliora_base::error::Result;
 use meliora_base::interval::{Interval, PRECISION};
-use meliora_base::number::Number;
+use meliora_base::number::{Number, Weight};
 
 /// Attempts with candidates that lose less.
 const ATTEMPTS: usize = 3;
@@ -43,9 +43,10 @@ impl Ties {
 
     /// Returns the most that the strategy loses of P_k, and of C_k, at level `index` + 1.
     pub(crate) fn loss(&self, node: u32, index: usize) -> [f64; 2] {
-        let steps = self.steps.get(index).and_then(|steps| steps.get(node)).map_or(0.0, |steps| steps.upper);
-        let times = |loss: f64| if loss == 0.0 || steps == 0.0 { 0.0 } else { (loss * steps).next_up() };
-        self.losses.get(index).copied().unwrap_or_default().map(times)
+        let steps =
+            self.steps.get(index).and_then(|steps| steps.get(node)).map_or(Interval::ZERO, Number::high);
+        let losses = self.losses.get(index).copied().unwrap_or_default();
+        losses.map(|loss| Interval::point(loss).times(&steps).upper)
     }
 }
 
@@ -108,7 +109,10 @@ impl Solutions<'_> {
             let mut steps = system.start(meter)?;
             system.solve(&mut steps, meter)?;
             // A step enters at most one junction.
-            let own = level.losses.map(|[step, junction]| sum(step, junction));
+            let own = level
+                .losses
+                .map(|own| own.map(Interval::point))
+                .map(|[step, junction]| step.plus(&junction).upper);
             losses = [f64::max(losses[0], own[0]), f64::max(losses[1], own[1])];
             ties.steps.push(steps);
             ties.losses.push(losses);
@@ -190,11 +194,6 @@ impl Solutions<'_> {
         let system = System::new(self.graph, quantity, below, self.fractions);
         Some(Tied { system, solution: solutions.get(index)? })
     }
-}
-
-/// Returns an upper bound of the sum of two losses.
-fn sum(a: f64, b: f64) -> f64 {
-    if a + b == 0.0 { 0.0 } else { (a + b).next_up() }
 }
 
 /// Returns an upper bound of the amount by which a number exceeds another one.

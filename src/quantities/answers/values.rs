@@ -14,6 +14,7 @@ use crate::solvers::solved::Solved;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_base::interval::{Bounds, Interval};
+use meliora_base::number::Weight;
 use meliora_engine::Engine;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Kind};
@@ -208,10 +209,8 @@ impl Values {
     /// Returns the value that the choices attain at level k, as [`Values::cost`].
     pub fn attained_cost(&self, node: Node, k: usize) -> Option<Bounds> {
         let mut bounds = self.cost(node, k)?;
-        let loss = self.loss(node, k)[1];
-        if loss > 0.0 {
-            bounds.interval.upper = (bounds.interval.upper + loss).next_up();
-        }
+        let loss = Interval { lower: 0.0, upper: self.loss(node, k)[1] };
+        bounds.interval = bounds.interval.plus(&loss);
         Some(bounds)
     }
 

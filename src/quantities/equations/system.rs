@@ -396,21 +396,35 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns the value of a choice under a solution; `None` if it is not permitted or a successor
     /// is not known.
     pub(crate) fn value(&self, choice: u32, solution: &Solution<N>) -> Option<N> {
+        let (sum, _, is_known) = self.parts(choice, solution)?;
+        is_known.then_some(sum)
+    }
+
+    /// Returns the value of a choice without the successors that are not known, the probability of the others, and whether
+    /// these are all; `None` if it is not permitted.
+    #[inline]
+    pub(crate) fn parts(&self, choice: u32, solution: &Solution<N>) -> Option<(N, N, bool)> {
         if !self.permits(choice) {
             return None;
         }
-        let mut sum = self.gain(choice).cloned().unwrap_or_else(N::zero);
+        let (mut sum, mut known, mut whole) =
+            (self.gain(choice).cloned().unwrap_or_else(N::zero), N::zero(), true);
         for edge in self.game.edges(choice) {
-            let End::Known(value) = self.end(edge, solution) else { return None };
             let p = &self.fractions[edge.probability() as usize];
             if self.bonus(edge) {
                 sum = sum.plus(p);
             }
-            if let Some(value) = value {
-                sum = sum.plus(&p.times(value));
+            match self.end(edge, solution) {
+                End::Known(value) => {
+                    if let Some(value) = value {
+                        sum = sum.plus(&p.times(value));
+                    }
+                    known = known.plus(p);
+                }
+                End::Open(_) => whole = false,
             }
         }
-        Some(sum)
+        Some((sum, known, whole))
     }
 
     /// Creates a solution that contains only the facts.

@@ -8,6 +8,7 @@ use std::ops::Range;
 use bitvec::vec::BitVec;
 
 use crate::equations::choices::{Choices, Reversed};
+use crate::equations::graph::NONE;
 use crate::equations::meter::Meter;
 use meliora_base::error::Result;
 
@@ -21,9 +22,6 @@ pub(crate) struct Successors<P, A> {
 
 /// The number of a node whose component is complete; that of one that was not visited is 0.
 const DONE: u32 = u32::MAX;
-
-/// The number of nodes without a component or group.
-const NONE: u32 = u32::MAX;
 
 /// Strongly connected components, one after the other.
 #[derive(Debug, Default)]

@@ -25,6 +25,7 @@ use meliora_base::error::{Error, Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::interval::Interval;
 use meliora_base::number::Number;
+use meliora_base::value::Binary;
 use meliora_model::Optimum;
 
 /// The relative distance of the bounds of an average at which iteration ends.
@@ -288,7 +289,7 @@ impl<'a, N: Number> Inside<'a, N> {
 
     /// Returns the bounds of the average that one step shows for any values `v` of the members, which are at least 0.
     fn between(&self, v: &[f64], optimum: Optimum) -> Result<N> {
-        let (mut lower, mut upper) = (f64::INFINITY, 0.0f64);
+        let mut changes = Interval { lower: f64::INFINITY, upper: 0.0 };
         for (choices, own) in self.choices.iter().zip(v) {
             let mean = |&choice: &u32| {
                 let value = |to: u32| N::rounded(Interval::point(v[to as usize])).unwrap_or_else(N::zero);
@@ -297,10 +298,9 @@ impl<'a, N: Number> Inside<'a, N> {
             };
             let both = |a: Interval, b: Interval| a.extreme(b, optimum == Optimum::Max);
             let Some(best) = choices.iter().map(mean).reduce(both) else { continue };
-            lower = lower.min((best.lower - own).next_down());
-            upper = upper.max((best.upper - own).next_up());
+            changes = changes.range(best.combine(Binary::Sub, Interval::point(*own)));
         }
-        let bounds = N::rounded(Interval { lower: lower.max(0.0), upper });
+        let bounds = N::rounded(Interval { lower: changes.lower.max(0.0), ..changes });
         let what = "no exact average was found; bounds are found without `--exact`".to_owned();
         bounds.ok_or(Limit::Size { what }.into())
     }

@@ -121,11 +121,7 @@ impl Pairs {
             weights: Vec::new(),
             gains: Vec::new(),
         };
-        let within = objectives.iter().map(|(counted, _)| match counted {
-            Counted::Within(_, steps) => *steps,
-            _ => 0,
-        });
-        let most = within.max().unwrap_or_default();
+        let most = counted_steps(objectives);
         pairs.number((start as u32, Memory { decided: decided(objectives, start).0, steps: 0 }));
         let mut next = 0;
         while let Some(&(state, memory)) = pairs.list.get(next) {
@@ -316,6 +312,12 @@ impl Pairs {
         let gains = gains.into_iter().map(|gain| fractions.number(gain)).collect();
         Action { edges, gains, taken: Taken::Choice(choice) }
     }
+}
+
+/// Returns the number of first steps that objectives count.
+pub(crate) fn counted_steps(objectives: &[(Counted<'_>, Optimum)]) -> u32 {
+    let within = |own: &(Counted<'_>, Optimum)| if let Counted::Within(_, steps) = own.0 { steps } else { 0 };
+    objectives.iter().map(within).max().unwrap_or_default()
 }
 
 /// Returns the objectives that a state decides if none of the states before does, and those that it satisfies, as bits.

@@ -12,7 +12,7 @@ use crate::equations::game_graph::LOST;
 use crate::equations::graph::{Graph, NONE};
 use crate::equations::meter::{Meter, Stop, Turn};
 use crate::equations::solution::Solution;
-use crate::equations::system::{End, Quantity, System};
+use crate::equations::system::{Quantity, System};
 use crate::solvers::components::{self, Components, Successors};
 use crate::solvers::groups::Groups;
 use crate::solvers::policies::Policies;
@@ -155,29 +155,9 @@ impl<N: Number> System<'_, N> {
     /// Returns the value of a choice whose successors are known, except for a self-loop; `None` if
     /// it is not permitted or never left.
     fn alone(&self, choice: u32, solution: &Solution<N>) -> Option<N> {
-        if !self.permits(choice) {
-            return None;
-        }
-        let (mut sum, mut leaving, mut whole) =
-            (self.gain(choice).cloned().unwrap_or_else(N::zero), N::zero(), true);
-        for edge in self.game.edges(choice) {
-            let p = &self.fractions[edge.probability() as usize];
-            if self.bonus(edge) {
-                sum = sum.plus(p);
-            }
-            match self.end(edge, solution) {
-                End::Known(value) => {
-                    if let Some(value) = value {
-                        sum = sum.plus(&p.times(value));
-                    }
-                    leaving = leaving.plus(p);
-                }
-                End::Open(_) => whole = false,
-            }
-        }
-        match whole {
-            true => Some(sum),
-            false => (!leaving.is_zero()).then(|| sum.over(&leaving)),
+        match self.parts(choice, solution)? {
+            (sum, _, true) => Some(sum),
+            (sum, leaving, false) => (!leaving.is_zero()).then(|| sum.over(&leaving)),
         }
     }
 

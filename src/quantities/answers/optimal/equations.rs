@@ -95,11 +95,7 @@ impl<'a> Equations<'a> {
             means.clear();
             means.extend(choices.clone().map(|choice| self.means.of_bounds(choice, bound)));
             let is_sure = own.lower == own.upper && [0.0, 1.0, f64::INFINITY].contains(&own.lower);
-            let best = means.iter().copied().fold(None, |best: Option<f64>, x| match best {
-                Some(best) if is_max => Some(best.max(x)),
-                Some(best) => Some(best.min(x)),
-                None => Some(x),
-            });
+            let best = means.iter().copied().reduce(if is_max { f64::max } else { f64::min });
             let best = best.unwrap_or_default();
             let least = if is_max { own.lower.min(best) } else { own.upper.max(best) };
             for (choice, &mean) in choices.zip(&means) {
