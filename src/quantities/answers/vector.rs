@@ -127,7 +127,7 @@ pub fn long_run(arena: &Arena<'_>, set: &BitVec, goal: Extremes, precision: f64)
 }
 
 /// Computes bounds with a precision, and fractions where they are too wide or asked for, as an answer in which no value
-/// exceeds `most`. Also returns what was found with these values.
+/// exceeds `most`. Also returns the other results of the same computation.
 pub(crate) fn refined<T>(
     (precision, most): (f64, f64),
     bounds: impl FnOnce() -> Result<(Vector<Interval>, T)>,
