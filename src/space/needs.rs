@@ -25,7 +25,8 @@ pub(crate) struct Ways<'p> {
     /// The number of disjunctions that may still be read again: at most one for each character of the text. Formulas that
     /// use others again and again may stand for much more.
     again: usize,
-    /// The number of copies of ways that a list may still have, for several values of a variable.
+    /// The number of copies of ways that a list may still have, for several values of a variable: at first, one for each
+    /// interval of a need.
     pub(crate) copies: usize,
 }
 
