@@ -213,7 +213,9 @@ def drawn(context):
             else:
                 holds = known.holds(drawn)
                 expected.append((text.condition(drawn), set(mdp.initial) <= holds))
-                if drawn[0] in ("and", "or", "=>", "<=>", "compare"):
+                # `true & P>1 [ a ]` is one operator, whose regions have other names.
+                least = {"and": 2, "or": 2, "=>": 2, "<=>": 2, "compare": 0}.get(drawn[0], math.inf)
+                if expected[-1][0].count("[") >= least:
                     satisfied = (text.condition(drawn), len(holds))
         except (TooLarge, OverflowError, LeftOut):
             continue
