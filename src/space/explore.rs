@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use num_bigint::BigUint;
 
+use super::batch::Batch;
 use super::enabled::Enabled;
 use super::graph::Graph;
 use super::index::{Index, NOBODY};
@@ -175,19 +176,41 @@ impl Task {
 
     fn explore<const W: usize>(&self, found: &mut Frontier) -> Result<()> {
         let (mut stepper, mut weighing) = (Stepper::new(&self.prepared), Weighing::new(self));
+        let (mut batch, mut due) = (Batch::default(), 0);
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
         while found.next < found.space.states() {
             // A state with many successors takes as long as many states.
-            if found.next.is_multiple_of(interval) || stepper.steps.len() >= PATIENCE {
+            if found.next >= due || stepper.steps.len() >= PATIENCE {
+                due = found.next + interval;
                 self.report(found)?;
+            }
+            if found.has_steps_only() {
+                self.explore_batch(found, &mut stepper, &mut batch)?;
+                continue;
             }
             let code = found.space.code::<W>(found.next);
             self.look(found, &mut stepper, &code)?;
             found.add(&stepper, &code, &mut weighing)?;
         }
         self.report(found)
+    }
+
+    /// Explores the next states.
+    fn explore_batch<const W: usize>(
+        &self,
+        found: &mut Frontier,
+        stepper: &mut Stepper<'_, W>,
+        batch: &mut Batch<W>,
+    ) -> Result<()> {
+        while found.next < found.space.states() && !batch.is_full() {
+            let code = found.space.code::<W>(found.next);
+            self.look(found, stepper, &code)?;
+            batch.add(stepper, &code);
+            found.end(stepper);
+        }
+        batch.finish(&mut found.space, &mut found.graph)
     }
 
     fn start(&self) -> Result<Frontier> {
@@ -421,10 +444,6 @@ impl Frontier {
         code: &[u64; W],
         weighing: &mut Weighing<'_, W>,
     ) -> Result<()> {
-        if stepper.ends.is_empty() || stepper.steps_alone() {
-            self.deadlocks.push(self.next);
-        }
-        self.drawing += u64::from(stepper.draws);
         self.space.numbers(stepper.steps.iter().map(|step| sum(code, step)), &mut self.ahead)?;
         let weighs = |into| weighing.weigh(stepper, code, into);
         let is_weighed = self.probabilities.as_deref_mut().is_some_and(weighs);
@@ -446,9 +465,25 @@ impl Frontier {
         if self.restarts {
             self.space.number(&sum(code, &stepper.restart()))?;
         }
+        self.end(stepper);
+        Ok(())
+    }
+
+    /// Returns whether states have no other successors and nothing else is kept of them: then several are added at once.
+    #[inline]
+    fn has_steps_only(&self) -> bool {
+        !self.restarts && self.probabilities.is_none()
+    }
+
+    /// Counts the next state, and moves to the one after it.
+    #[inline]
+    fn end<const W: usize>(&mut self, stepper: &Stepper<'_, W>) {
+        if stepper.ends.is_empty() || stepper.steps_alone() {
+            self.deadlocks.push(self.next);
+        }
+        self.drawing += u64::from(stepper.draws);
         self.next += 1;
         self.work += 1 + stepper.steps.len() as u64 + stepper.guards as u64 / LOOKS;
-        Ok(())
     }
 
     /// Adds choices, given the ends of their successors.

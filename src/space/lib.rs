@@ -34,6 +34,7 @@
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
+mod batch;
 pub mod bounds;
 mod by_value;
 pub mod compile;
