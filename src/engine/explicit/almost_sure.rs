@@ -2,10 +2,10 @@
 //!
 //! Every state that can still win stores a choice that leads to a state on a lower level, closer to
 //! the goal. When states are lost, the solver examines only the states whose stored choice was
-//! removed. Most of them have another choice that leads lower. The others are detached, and the
-//! states that depend on them are examined too, and so on. Detached states that find no choice on
-//! any level are lost in the next round. The cost of a round depends on the neighbourhood of the
-//! examined states; a backward search would examine all edges.
+//! removed. Most of them have another choice that leads lower. States without any choice are lost at
+//! once. The others are detached, and the states that depend on them are examined too, and so on.
+//! Detached states that find no choice on any level are lost in the next round. The cost of a round
+//! depends on the neighbourhood of the examined states; a backward search would examine all edges.
 
 use super::frontier::Frontier;
 use super::{ExplicitEngine, StateSet};
@@ -15,7 +15,7 @@ use meliora_base::error::Result;
 use meliora_space::graph::Predecessors;
 use meliora_space::index::NOBODY;
 use meliora_space::meter::Array;
-use meliora_space::set::{BitSet, clear, test};
+use meliora_space::set::{BitSet, clear, set, test};
 
 /// The edge labels of a game, by source and target state.
 pub(super) trait Rules {
@@ -99,17 +99,22 @@ impl Rules for Table<'_> {
     }
 }
 
+/// The level of a lost state.
+const LOST: u32 = u32::MAX;
+/// The level of a state without a stored choice that may find one, above all levels of other states.
+const DETACHED: u32 = u32::MAX - 1;
+
 struct AlmostSureSolver<'a, R> {
     engine: &'a ExplicitEngine,
     graph: &'a Predecessors,
     rules: &'a R,
     choices: &'a mut [u64],
-    /// For each state that can still win, a choice that leads closer to the goal.
-    by: Array<u32>,
+    /// A choice that leads closer to the goal for each state that can still win: one bit per choice.
+    stored: Array<u64>,
     /// States that have a choice and whose predecessors are not examined yet.
     work: Frontier,
     /// The level of each state: its stored choice has a goal edge, or an edge into a state on a
-    /// lower level.
+    /// lower level. [`DETACHED`] or [`LOST`] without a stored choice.
     level: Array<u32>,
 }
 
@@ -127,46 +132,48 @@ impl ExplicitEngine {
         if self.opponent().is_some() {
             return self.pursue_in_game(states, choices, rules);
         }
-        let graph = self.graph.predecessors()?;
-        let by = Array::filled(&self.meter, self.graph.states(), NOBODY)?;
-        let level = Array::filled(&self.meter, self.graph.states(), 0)?;
-        let work = Frontier::new(&self.meter, self.graph.states())?;
-        let own = choices.words_mut();
-        let mut solver = AlmostSureSolver { engine: self, graph, rules, choices: own, by, level, work };
-        solver.start(goal)?;
-        let mut lost = Array::new(&self.meter);
-        for state in states.iter().filter(|&s| solver.by[s] == NOBODY) {
-            lost.push(state as u32)?;
-        }
-        while !lost.is_empty() {
-            let detached = solver.remove_attractor(&lost)?;
-            lost = solver.attach(detached)?;
-        }
+        let mut solver = self.solver(rules, choices.words_mut())?;
+        solver.search(states, goal)?;
+        solver.remove(states, goal)?;
         let mut left = states.copy()?;
         let words = left.words_mut();
-        states.iter().filter(|&s| solver.by[s] == NOBODY).for_each(|state| clear(words, state));
+        states.iter().filter(|&s| solver.level[s] == LOST).for_each(|state| clear(words, state));
         Ok(Region { states: left, choices })
+    }
+
+    fn solver<'a, R>(&'a self, rules: &'a R, choices: &'a mut [u64]) -> Result<AlmostSureSolver<'a, R>> {
+        Ok(AlmostSureSolver {
+            engine: self,
+            graph: self.graph.predecessors()?,
+            rules,
+            choices,
+            stored: Array::filled(&self.meter, self.graph.choices().div_ceil(64), 0)?,
+            level: Array::filled(&self.meter, self.graph.states(), DETACHED)?,
+            work: Frontier::new(&self.meter, self.graph.states())?,
+        })
     }
 }
 
 impl<R: Rules> AlmostSureSolver<'_, R> {
     /// Returns whether the edge is plain: only then does it matter whether `to` can win.
     #[inline]
-    fn is_plain(&self, from: u32, to: usize) -> bool {
-        let from = from as usize;
+    fn is_plain(&self, from: usize, to: usize) -> bool {
         self.rules.keeps(from, to) && !self.rules.wins(from, to)
     }
 
     /// Finds a choice for each state that can win.
     fn start(&mut self, goal: &BitSet) -> Result<()> {
-        let (graph, choices) = (self.graph, &*self.choices);
+        let (graph, choices, stored) = (self.graph, &*self.choices, &mut self.stored);
         for state in goal.iter() {
             self.engine.tick()?;
             for &choice in graph.of(state) {
+                if !test(choices, choice as usize) {
+                    continue;
+                }
                 let owner = graph.owner(choice) as usize;
-                if self.by[owner] == NOBODY && test(choices, choice as usize) && self.rules.wins(owner, state)
-                {
-                    self.by[owner] = choice;
+                if self.level[owner] == DETACHED && self.rules.wins(owner, state) {
+                    set(stored, choice as usize);
+                    self.level[owner] = 0;
                     self.work.add(owner);
                 }
             }
@@ -176,17 +183,18 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
 
     /// Searches backwards from the states in `work`, which have a choice.
     fn spread(&mut self) -> Result<()> {
-        let (graph, choices) = (self.graph, &*self.choices);
+        let (graph, choices, stored) = (self.graph, &*self.choices, &mut self.stored);
         while let Some(state) = self.work.take() {
             self.engine.tick()?;
+            let level = above(self.level[state]);
             for &choice in graph.of(state) {
+                if !test(choices, choice as usize) {
+                    continue;
+                }
                 let owner = graph.owner(choice) as usize;
-                if self.by[owner] == NOBODY
-                    && test(choices, choice as usize)
-                    && self.rules.keeps(owner, state)
-                {
-                    self.by[owner] = choice;
-                    self.level[owner] = self.level[state].saturating_add(1);
+                if self.level[owner] == DETACHED && self.rules.keeps(owner, state) {
+                    set(stored, choice as usize);
+                    self.level[owner] = level;
                     self.work.add(owner);
                 }
             }
@@ -194,76 +202,159 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         Ok(())
     }
 
-    /// Removes the choices that may step into a lost state by a plain edge, including those of the
-    /// lost states. Detaches and returns the states that then have no choice that leads to a lower
-    /// level.
-    fn remove_attractor(&mut self, lost: &[u32]) -> Result<Array<u32>> {
-        let graph = self.graph;
-        let mut detached = Array::new(&self.engine.meter);
-        for &state in lost {
-            self.engine.tick()?;
-            for &choice in graph.of(state as usize) {
-                let owner = graph.owner(choice);
-                if test(self.choices, choice as usize) && self.is_plain(owner, state as usize) {
-                    clear(self.choices, choice as usize);
-                    self.detach(owner, choice, &mut detached)?;
-                }
+    /// Removes lost states and their attractor until all other states of S can win.
+    fn remove(&mut self, states: &BitSet, goal: &BitSet) -> Result<()> {
+        let mut affected = Array::new(&self.engine.meter);
+        // A search takes less time than to detach more states one by one: it visits only those that reach the goal.
+        let most = states.count() as usize / 4;
+        loop {
+            self.remove_attractor(&mut affected)?;
+            let mut detached = self.descend_all(affected)?;
+            if detached.is_empty() {
+                return Ok(());
             }
-        }
-        let mut next = 0;
-        while next < detached.len() {
-            self.engine.tick()?;
-            let state = detached[next] as usize;
-            next += 1;
-            for &choice in graph.of(state) {
-                let owner = graph.owner(choice);
-                if self.by[owner as usize] == choice && self.is_plain(owner, state) {
-                    self.detach(owner, choice, &mut detached)?;
-                }
+            self.detach_dependents(&mut detached, most)?;
+            if detached.len() > most {
+                self.search(states, goal)?;
+            } else {
+                self.attach(&detached)?;
             }
+            detached.truncate(0);
+            affected = detached;
         }
-        Ok(detached)
     }
 
-    /// Replaces a choice that a state may have stored; detaches the state if no other choice leads
-    /// lower.
-    #[inline]
-    fn detach(&mut self, state: u32, choice: u32, detached: &mut Array<u32>) -> Result<()> {
-        let at = state as usize;
-        if self.by[at] == choice {
-            match self.way_out(at, Some(self.level[at])) {
-                Some((other, _)) => self.by[at] = other,
-                None => {
-                    self.by[at] = NOBODY;
-                    detached.push(state)?;
+    /// Finds a choice for each state of S that can win by the remaining choices; the other states are lost.
+    fn search(&mut self, states: &BitSet, goal: &BitSet) -> Result<()> {
+        self.stored.fill(0);
+        for state in states.iter() {
+            self.level[state] = self.level[state].max(DETACHED);
+        }
+        self.start(goal)?;
+        states.iter().for_each(|state| self.lose_if_detached(state));
+        Ok(())
+    }
+
+    /// Removes the choices that may step into a lost state by a plain edge, including those of the
+    /// lost states; states without a choice are lost then, too. Adds the states of which the stored choice was removed
+    /// to the affected ones.
+    fn remove_attractor(&mut self, affected: &mut Array<u32>) -> Result<()> {
+        let graph = self.graph;
+        while let Some(state) = self.work.take() {
+            self.engine.tick()?;
+            for &choice in graph.of(state) {
+                if !test(self.choices, choice as usize) {
+                    continue;
+                }
+                let owner = graph.owner(choice) as usize;
+                if self.is_plain(owner, state) {
+                    self.drop_choice(choice as usize, owner, affected)?;
+                    self.lose_if_stuck(owner);
                 }
             }
         }
         Ok(())
     }
 
-    /// Searches another choice for each detached state and returns the states without one.
-    fn attach(&mut self, detached: Array<u32>) -> Result<Array<u32>> {
-        for &state in detached.iter() {
+    /// Detaches the states whose stored choice may step into a detached state by a plain edge, if no other choice
+    /// leads to a lower level, and so on until more than `most` states are detached.
+    fn detach_dependents(&mut self, detached: &mut Array<u32>, most: usize) -> Result<()> {
+        let graph = self.graph;
+        let mut next = 0;
+        while next < detached.len() && detached.len() <= most {
             self.engine.tick()?;
-            if let Some((choice, level)) = self.way_out(state as usize, None) {
-                self.by[state as usize] = choice;
+            let state = detached[next] as usize;
+            next += 1;
+            for &choice in graph.of(state) {
+                if !test(&self.stored, choice as usize) {
+                    continue;
+                }
+                let owner = graph.owner(choice) as usize;
+                if self.is_plain(owner, state) {
+                    clear(&mut self.stored, choice as usize);
+                    if !self.descend(owner) {
+                        detached.push(owner as u32)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Removes a choice of a state. Adds the state to the affected ones if the choice was stored.
+    #[inline]
+    fn drop_choice(&mut self, choice: usize, state: usize, affected: &mut Array<u32>) -> Result<()> {
+        clear(self.choices, choice);
+        if test(&self.stored, choice) {
+            clear(&mut self.stored, choice);
+            affected.push(state as u32)?;
+        }
+        Ok(())
+    }
+
+    /// Marks a state without a choice as lost.
+    #[inline]
+    fn lose_if_stuck(&mut self, state: usize) {
+        let is_open = self.level[state] != LOST;
+        if is_open && !self.engine.graph.choices_of(state).any(|choice| test(self.choices, choice)) {
+            self.level[state] = LOST;
+            self.work.add(state);
+        }
+    }
+
+    /// Marks a state as lost if it is detached.
+    #[inline]
+    fn lose_if_detached(&mut self, state: usize) {
+        if self.level[state] == DETACHED {
+            self.level[state] = LOST;
+            self.work.add(state);
+        }
+    }
+
+    /// Stores another choice of each state that is not lost, and returns the states that are detached by this.
+    fn descend_all(&mut self, mut states: Array<u32>) -> Result<Array<u32>> {
+        let mut kept = 0;
+        for at in 0..states.len() {
+            let state = states[at];
+            self.engine.tick()?;
+            if self.level[state as usize] != LOST && !self.descend(state as usize) {
+                states[kept] = state;
+                kept += 1;
+            }
+        }
+        states.truncate(kept);
+        Ok(states)
+    }
+
+    /// Stores another choice of a state that leads lower; detaches the state if there is none.
+    #[inline]
+    fn descend(&mut self, state: usize) -> bool {
+        let way = self.way_out(state, self.level[state]);
+        match way {
+            Some((other, _)) => set(&mut self.stored, other as usize),
+            None => self.level[state] = DETACHED,
+        }
+        way.is_some()
+    }
+
+    /// Searches another choice for each detached state; states without one are lost.
+    fn attach(&mut self, detached: &[u32]) -> Result<()> {
+        for &state in detached {
+            self.engine.tick()?;
+            if let Some((choice, level)) = self.way_out(state as usize, DETACHED) {
+                set(&mut self.stored, choice as usize);
                 self.level[state as usize] = level;
                 self.work.add(state as usize);
             }
         }
         self.spread()?;
-        let mut lost = Array::new(&self.engine.meter);
-        for &state in detached.iter().filter(|&&s| self.by[s as usize] == NOBODY) {
-            lost.push(state)?;
-        }
-        Ok(lost)
+        detached.iter().for_each(|&state| self.lose_if_detached(state as usize));
+        Ok(())
     }
 
-    /// Finds a remaining choice that has a goal edge, or an edge to a state that can still win,
-    /// below the level `bound` if there is one. Returns the choice and the level of `state` for it:
-    /// 0, or the successor's plus 1.
-    fn way_out(&self, state: usize, bound: Option<u32>) -> Option<(u32, u32)> {
+    /// Finds a remaining choice that has a goal edge, or an edge to a state below the level `bound`.
+    /// Returns the choice and the level of `state` for it: 0, or the successor's plus 1.
+    fn way_out(&self, state: usize, bound: u32) -> Option<(u32, u32)> {
         for choice in self.engine.graph.choices_of(state) {
             if !test(self.choices, choice) {
                 continue;
@@ -273,13 +364,17 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
                 if self.rules.wins(state, to) {
                     return Some((choice as u32, 0));
                 }
-                let level = self.level[to];
-                let lower = self.by[to] != NOBODY && bound.is_none_or(|b| level < b);
-                if lower && self.rules.keeps(state, to) {
-                    return Some((choice as u32, level.saturating_add(1)));
+                if self.level[to] < bound && self.rules.keeps(state, to) {
+                    return Some((choice as u32, above(self.level[to])));
                 }
             }
         }
         None
     }
+}
+
+/// Returns the next level; the highest levels have one number.
+#[inline]
+fn above(level: u32) -> u32 {
+    (level + 1).min(DETACHED - 1)
 }

@@ -297,9 +297,14 @@ impl Engine for ExplicitEngine {
     }
 
     fn count_transitions(&self, c: &ChoiceSet, x: &StateSet) -> Result<Count> {
-        let words = self.bits(x)?.words();
+        let (c, x) = (self.bits(c)?, self.bits(x)?);
+        let (choices, states) = (self.graph.choices(), self.graph.states());
+        if c.count() == choices as u64 && x.count() == states as u64 {
+            return Ok(self.graph.transitions_of(0..choices).into());
+        }
+        let words = x.words();
         let mut total: u64 = 0;
-        for choice in self.bits(c)?.iter() {
+        for choice in c.iter() {
             self.tick()?;
             let inside = self.graph.successors_of(choice).iter().filter(|&&s| test(words, s as usize));
             total += inside.count() as u64;

@@ -92,7 +92,7 @@ impl<E: Engine> WinningRegions<E> {
     ///
     /// If a target is a subset of a known one, its almost-sure region is a subset of the known
     /// one's, because reaching the smaller target reaches the larger one. This bounds the search.
-    /// Equal targets share all regions. Cost per objective: one `can_reach` and one
+    /// Equal targets share all regions. Cost per objective: one `can_reach` and at most one
     /// `almost_surely_reach`; for a temporal objective in a game, two nested fixpoints.
     ///
     /// # Errors
@@ -183,20 +183,20 @@ fn counts_of<E: Engine>(engine: &E, regions: &ObjectiveRegions<E>) -> Result<Reg
 }
 
 /// Computes ASWin(F) = νY. μX. F ∪ { s : some a has succ(s,a) ⊆ Y and succ(s,a) ∩ X ≠ ∅ } (Pmax =
-/// 1), given any `bound` ⊇ ASWin(F), such as PWin(F).
+/// 1), given any `bound` with ASWin(F) ⊆ `bound` ⊆ PWin(F).
 ///
-/// The search starts with the choices of the bound. States outside of a superset of the result are
-/// lost, so the result is the same and one backward fixpoint is saved. Cost: one
+/// If every state can reach F, a strategy can try again from each state until it reaches F, so no search is
+/// needed. Otherwise the search starts with the choices of the bound. States outside of a superset of the
+/// result are lost, so the result is the same and one backward fixpoint is saved. Cost: one
 /// `almost_surely_reach`.
 pub(crate) fn almost_sure_within<E: Engine>(
     engine: &E,
     target: &E::States,
     bound: &E::States,
 ) -> Result<E::States> {
-    let within = if engine.same(bound, &engine.all_states())? {
-        engine.all_choices()
-    } else {
-        engine.choices_in(&engine.all_choices(), bound)?
-    };
+    if engine.same(bound, &engine.all_states())? {
+        return Ok(bound.clone());
+    }
+    let within = engine.choices_in(&engine.all_choices(), bound)?;
     Ok(engine.almost_surely_reach(target, &within)?.states)
 }
