@@ -18,7 +18,7 @@ library:
 examples:
     for example in examples/*.rs; do cargo run --quiet --locked --example "$(basename "$example" .rs)"; done
 
-# All tests, with a tenth of the cases of random and exhaustive ones.
+# All tests, with a fifth of the cases of random and exhaustive ones.
 test:
     cargo test --locked
 
