@@ -212,11 +212,12 @@ def drawn(context):
                 expected.append((text.number(drawn), [values[s] for s in mdp.initial]))
             else:
                 holds = known.holds(drawn)
-                expected.append((text.condition(drawn), set(mdp.initial) <= holds))
+                written = text.condition(drawn)
+                expected.append((written, set(mdp.initial) <= holds))
                 # `true & P>1 [ a ]` is one operator, whose regions have other names.
-                least = {"and": 2, "or": 2, "=>": 2, "<=>": 2, "compare": 0}.get(drawn[0], math.inf)
-                if expected[-1][0].count("[") >= least:
-                    satisfied = (text.condition(drawn), len(holds))
+                is_joint = drawn[0] in ("and", "or", "=>", "<=>") and written.count("[") > 1
+                if is_joint or drawn[0] == "compare":
+                    satisfied = (written, len(holds))
         except (TooLarge, OverflowError, LeftOut):
             continue
     file.write_text("".join(f"{written};\n" for written, _ in expected))
