@@ -2,6 +2,10 @@
 
 use crate::error::Limit;
 
+/// The stack of a thread that works, in bytes. Recursion is as deep as expressions and diagrams; the system maps pages of
+/// the stack only when they are used.
+pub const STACK: usize = 512 << 20;
+
 /// The addresses of the heap of a thread, in bytes. If there are fewer, glibc asks the system for each small piece of
 /// memory, and work takes a hundred times as long.
 const HEAP: u64 = 128 << 20;

@@ -20,12 +20,10 @@ use std::thread::{Builder, Scope};
 use std::time::Duration;
 
 use meliora_base::error::{Error, Limit, Result};
-use meliora_base::memory::check_heap;
+use meliora_base::memory::{STACK, check_heap};
 use meliora_base::progress::ProgressSink;
 use meliora_base::sync::lock;
 
-/// The stack of each thread, in bytes. The system maps its pages only when they are used.
-const STACK: usize = 512 << 20;
 /// The time after which the limits of the whole work are looked at again.
 const CHECKS: Duration = Duration::from_millis(10);
 /// In place of the way that has won: none so far, none at all, and none of those whose threads have all ended.

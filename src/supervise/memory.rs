@@ -1,12 +1,10 @@
 //! Sizes such as `2GiB`, and the memory of the machine.
 
+use meliora_base::memory::STACK;
+
 /// The memory that a process may use in addition to its limit, in bytes: for the program, texts and
 /// results.
 pub(super) const ALLOWANCE: u64 = 64 << 20;
-
-/// The stack of a worker thread, in bytes. Recursion is as deep as expressions and diagrams; the
-/// system maps pages of the stack only when they are used.
-pub(super) const STACK: usize = 512 << 20;
 
 /// Reads a number of bytes: `1048576`, `512MiB`, `2GB`, `1.5g`. `KiB`, `MiB`, `GiB`, `TiB` and the
 /// bare letters are powers of 1024; `KB`, `MB`, `GB` and `TB` powers of 1000.

@@ -6,10 +6,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::{Duration, Instant};
 
-use super::memory::STACK;
 use super::supervisor::{CHECKS, Position, Supervisor};
 use meliora_base::error::{Error, Limit, Result};
-use meliora_base::memory::check_heap;
+use meliora_base::memory::{STACK, check_heap};
 
 /// The time that a worker thread has to stop after it was cancelled.
 const GRACE: Duration = Duration::from_millis(250);

@@ -215,6 +215,7 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
             }
             self.detach_dependents(&mut detached, most)?;
             if detached.len() > most {
+                self.detach_all(states);
                 self.search(states, goal)?;
             } else {
                 self.attach(&detached)?;
@@ -224,12 +225,16 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         }
     }
 
-    /// Finds a choice for each state of S that can win by the remaining choices; the other states are lost.
-    fn search(&mut self, states: &BitSet, goal: &BitSet) -> Result<()> {
+    /// Detaches all states of S that are not lost.
+    fn detach_all(&mut self, states: &BitSet) {
         self.stored.fill(0);
         for state in states.iter() {
             self.level[state] = self.level[state].max(DETACHED);
         }
+    }
+
+    /// Finds a choice for each detached state of S that can win by the remaining choices; the others are lost.
+    fn search(&mut self, states: &BitSet, goal: &BitSet) -> Result<()> {
         self.start(goal)?;
         states.iter().for_each(|state| self.lose_if_detached(state));
         Ok(())

@@ -109,10 +109,8 @@ impl Solutions<'_> {
             let mut steps = system.start(meter)?;
             system.solve(&mut steps, meter)?;
             // A step enters at most one junction.
-            let own = level
-                .losses
-                .map(|own| own.map(Interval::point))
-                .map(|[step, junction]| step.plus(&junction).upper);
+            let both = |[step, junction]: [f64; 2]| Interval::point(step).plus(&Interval::point(junction));
+            let own = level.losses.map(|losses| both(losses).upper);
             losses = [f64::max(losses[0], own[0]), f64::max(losses[1], own[1])];
             ties.steps.push(steps);
             ties.losses.push(losses);

@@ -249,6 +249,11 @@ impl Values {
         on!(&self.numbers, solved => solved.value(node, quantity))
     }
 
+    /// Returns the value if a choice is taken; `None` if it is not permitted.
+    fn value_after(&self, choice: u32, quantity: Quantity) -> Option<Bounds> {
+        on!(&self.numbers, solved => solved.of_choice(&self.graph, quantity, choice))
+    }
+
     /// Returns P_k, the greatest probability of k improvements.
     pub fn probability(&self, node: Node, k: usize) -> Bounds {
         let rank = self.graph.rank(node.0);
@@ -296,13 +301,12 @@ impl Values {
         if k == 0 {
             return Vec::new();
         }
-        let after = |quantity: fn(u32) -> Quantity, choice: u32| on!(&self.numbers, solved => solved.of_choice(&self.graph, quantity(k as u32), choice));
         let probability = |choice: u32| {
-            let known = after(Quantity::Probability, choice);
+            let known = self.value_after(choice, Quantity::Probability(k as u32));
             known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
         };
         let value = |choice: u32| {
-            let cost = after(Quantity::Cost, choice);
+            let cost = self.value_after(choice, Quantity::Cost(k as u32));
             // A choice that keeps the improvements certain has the probability 1 without rounding.
             let probability = if cost.is_some() { Bounds::point(1) } else { probability(choice) };
             let position = self.graph.position(choice);

@@ -159,9 +159,7 @@ impl Choices {
         let at = |position: u32| keeps(position).then(|| self.to[position as usize]);
         components(&Successors { nodes: self.first.len() - 1, positions, at }, roots)
     }
-}
 
-impl Choices {
     /// Returns the strongly connected components that no choice of their nodes leaves. Cost: linear.
     pub(crate) fn bottoms(&self) -> Vec<Vec<u32>> {
         let nodes = self.first.len() - 1;

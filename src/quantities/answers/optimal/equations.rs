@@ -11,6 +11,7 @@ use crate::equations::meter::Meter;
 use crate::solvers::components::end_components_of;
 use crate::solvers::sides::Sides;
 use meliora_base::interval::Interval;
+use meliora_model::Optimum;
 
 /// The choices of an arena as sums of doubles.
 pub(super) struct Means<'a> {
@@ -162,7 +163,7 @@ pub(super) fn toward(
     leading: Option<&BitVec>,
 ) -> Choices {
     let everywhere = BitVec::repeat(true, arena.states());
-    let ours = arena.theirs.as_ref().map_or_else(|| everywhere.clone(), |theirs| !theirs.clone());
+    let ours = arena.maximisers(Extremes::against(Optimum::Max));
     let reversed = arena.choices.reversed();
     let sides = Sides { choices: &arena.choices, maximisers: &ours, allowed: permitted, reversed };
     let mut choices = vec![NONE; arena.states()];
