@@ -3,7 +3,7 @@
 use proptest::prelude::ProptestConfig;
 
 /// By default, one of this many cases is tested.
-const SHARE: usize = 5;
+const SHARE: usize = 10;
 
 /// Returns whether all cases are wanted.
 pub fn is_long() -> bool {
