@@ -9,7 +9,7 @@ use super::enabled::Enabled;
 use super::graph::Graph;
 use super::index::{Index, NOBODY};
 use super::initial::Search;
-use super::layout::{Layout, width};
+use super::layout::{Layout, by_words, width};
 use super::lists::Collected;
 use super::meter::{Array, Meter};
 use super::players::PlayersFound;
@@ -23,22 +23,6 @@ use meliora_base::error::{Error, Limit, Result};
 use meliora_model::players::Unlisted;
 use meliora_model::temporal::Begin;
 use meliora_model::{Program, State, fault};
-
-/// Calls a method of a task for codes with its number of words.
-#[macro_export]
-macro_rules! by_words {
-    ($task:expr, $method:ident($($argument:expr),*)) => {
-        match $task.words() {
-            1 => $task.$method::<1>($($argument),*),
-            2 => $task.$method::<2>($($argument),*),
-            3 => $task.$method::<3>($($argument),*),
-            4 => $task.$method::<4>($($argument),*),
-            5..=8 => $task.$method::<8>($($argument),*),
-            9..=16 => $task.$method::<16>($($argument),*),
-            _ => $task.$method::<32>($($argument),*),
-        }
-    };
-}
 
 /// Number of states explored or taken from a work list, or of operations of the search for initial states, between
 /// two checks of the progress sink.
@@ -135,7 +119,7 @@ impl Exploration {
     /// A limit of the engine is reached, or a command has no meaning in some state.
     pub fn begin(&mut self) -> Result<()> {
         let Exploration { task, found } = self;
-        by_words!(task, begin(found))
+        by_words!(task.words(), W => task.begin::<W>(found))
     }
 
     /// Returns the codes of the initial states, once they are found.
@@ -152,7 +136,7 @@ impl Exploration {
     pub fn all_work(mut self) -> Result<u64> {
         self.begin()?;
         let Exploration { task, mut found } = self;
-        by_words!(task, explore(&mut found))?;
+        by_words!(task.words(), W => task.explore::<W>(&mut found))?;
         Ok(found.work)
     }
 
@@ -163,7 +147,7 @@ impl Exploration {
     pub fn finish(mut self) -> Result<(Task, Explored)> {
         self.begin()?;
         let Exploration { task, mut found } = self;
-        by_words!(task, explore(&mut found))?;
+        by_words!(task.words(), W => task.explore::<W>(&mut found))?;
         let explored = task.finish(found);
         Ok((task, explored))
     }

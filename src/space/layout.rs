@@ -14,6 +14,27 @@ use meliora_model::{Program, Variable};
 /// Maximum number of words in a code.
 pub const MOST_WORDS: usize = 32;
 
+/// Computes an expression that names `$W`, the number of words of a code, as a constant.
+macro_rules! by_words {
+    ($words:expr, $W:ident => $result:expr) => {{
+        macro_rules! with {
+            ($constant:literal) => {{
+                const $W: usize = $constant;
+                $result
+            }};
+        }
+        match $words {
+            1 => with!(1),
+            2 => with!(2),
+            3..=4 => with!(4),
+            5..=8 => with!(8),
+            9..=16 => with!(16),
+            _ => with!(32),
+        }
+    }};
+}
+pub(crate) use by_words;
+
 /// A state in few bytes. Codes compare as the values do.
 pub type Code = SmallVec<[u64; 2]>;
 
@@ -54,10 +75,7 @@ impl Layout {
             used += *bits;
             places.push((word, 64 - used));
         }
-        let words = match word as usize + 1 {
-            n @ 1..=4 => n,
-            n => n.next_power_of_two(),
-        };
+        let words = (word as usize + 1).next_power_of_two();
         if words > MOST_WORDS {
             let bits: u32 = sizes.iter().sum();
             let what = format!(
@@ -93,7 +111,7 @@ impl Layout {
         Some(Layout { fields, words: 1, valuations: Some(weight) })
     }
 
-    /// Returns the number of words of a code: 1 to 4, 8, 16 or 32.
+    /// Returns the number of words of a code: a power of two, at most [`MOST_WORDS`].
     pub fn words(&self) -> usize {
         self.words
     }

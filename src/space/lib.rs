@@ -39,6 +39,7 @@ pub mod bounds;
 mod by_value;
 pub mod compile;
 pub mod enabled;
+pub mod expand;
 pub mod explore;
 mod fractions;
 pub mod graph;

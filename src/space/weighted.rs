@@ -8,7 +8,7 @@
 use super::enabled::names_of;
 pub use super::fractions::Fractions;
 pub use super::layout::Code;
-use super::layout::Layout;
+use super::layout::{Layout, by_words};
 use super::lists::MOST;
 use super::program::Prepared;
 use super::states::fixed;
@@ -102,15 +102,7 @@ impl<'p> Walker<'p> {
 
     /// Creates a walk, which keeps work between states. Several threads may walk.
     pub fn walk(&self) -> Box<dyn Walk + '_> {
-        match self.codec.layout.words() {
-            1 => Box::new(PackedWalk::<1>::new(self)),
-            2 => Box::new(PackedWalk::<2>::new(self)),
-            3 => Box::new(PackedWalk::<3>::new(self)),
-            4 => Box::new(PackedWalk::<4>::new(self)),
-            5..=8 => Box::new(PackedWalk::<8>::new(self)),
-            9..=16 => Box::new(PackedWalk::<16>::new(self)),
-            _ => Box::new(PackedWalk::<32>::new(self)),
-        }
+        by_words!(self.codec.layout.words(), W => Box::new(PackedWalk::<W>::new(self)))
     }
 }
 

@@ -13,9 +13,9 @@ use meliora_model::predicate::Predicate;
 use meliora_model::step::Choice;
 use meliora_model::{ModelKind, State, VarId, fault};
 use meliora_space::compile::Compiler;
+use meliora_space::expand;
 use meliora_space::machine::Machine;
 use meliora_space::set::{BitSet, set, test};
-use meliora_space::stepper::Stepper;
 
 macro_rules! algebra_of {
     ($set:ident) => {
@@ -434,7 +434,7 @@ impl ExplicitEngine {
         if self.prepared.is_uniform() {
             return Ok(None);
         }
-        let mut stepper = Stepper::<1>::new(&self.prepared);
+        let mut stepper = expand::stepper(&self.prepared, self.layout.words());
         self.with_code(state, |code| stepper.enter(&self.layout, code));
         let found = stepper.position(wanted, &mut commands.iter().map(|command| command.0));
         found.map_err(|broken| broken.error(&self.program, &self.values(state)))

@@ -13,8 +13,8 @@ use super::Guided;
 use super::relaxation::outcomes;
 use meliora_base::error::Result;
 use meliora_model::{Branch, CommandId, Program, VarId};
+use meliora_space::expand::Expand;
 use meliora_space::index::{self, NOBODY};
-use meliora_space::stepper::Stepper;
 
 /// The states of paths by the variables and values that they need.
 pub(super) struct Advice {
@@ -87,11 +87,7 @@ impl Guided {
 
     /// Follows advice from a state without a choice, unless that has taken more work than all else so far. Returns whether
     /// a path becomes part of the policy.
-    pub(super) fn is_led<const W: usize>(
-        &mut self,
-        stepper: &mut Stepper<'_, W>,
-        start: u32,
-    ) -> Result<bool> {
+    pub(super) fn is_led(&mut self, stepper: &mut dyn Expand, start: u32) -> Result<bool> {
         let before = self.work();
         if self.advice.work > before / 2 {
             return Ok(false);
@@ -102,7 +98,7 @@ impl Guided {
     }
 
     /// Follows the path of a similar state from a state without a choice. Returns whether it becomes part of the policy.
-    fn follow_advice<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>, start: u32) -> Result<bool> {
+    fn follow_advice(&mut self, stepper: &mut dyn Expand, start: u32) -> Result<bool> {
         let program = self.task.program.clone();
         let (mut state, mut edge, mut values) = (start, NOBODY, self.values(start));
         let mut like = self.advice.find(&values);

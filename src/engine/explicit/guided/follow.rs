@@ -8,8 +8,7 @@ use meliora_base::error::Result;
 use meliora_base::progress::Poll;
 use meliora_model::CommandId;
 use meliora_model::step::Choice;
-use meliora_space::explore::fixed;
-use meliora_space::stepper::Stepper;
+use meliora_space::expand::{self, Expand};
 
 /// The states that a policy visits outside of the target, in the order in which it does.
 #[derive(Default)]
@@ -23,21 +22,21 @@ pub(super) struct Visited {
 }
 
 impl Guided {
-    pub(super) fn follow<const W: usize>(&self) -> Result<Vec<Guiding>> {
+    pub(super) fn follow(&self) -> Result<Vec<Guiding>> {
         let mut poll = Poll::new(&*self.task.limits.sink);
-        let mut stepper = Stepper::<W>::new(&self.task.prepared);
+        let mut stepper = expand::stepper(&self.task.prepared, self.task.layout.words());
         let states = self.visited(VecDeque::pop_front).states;
         let distances = self.distances(&states);
         let mut policy = Vec::new();
         for state in states {
             poll.step()?;
             let Some(step) = self.part.step(state) else { continue };
-            let code = fixed::<W>(self.part.index.code(state as usize));
-            stepper.enter(&self.task.layout, &code);
-            stepper.expand().map_err(|broken| self.task.broken(broken, &code))?;
-            let (choice, name) = self.named(&stepper, self.part.place_of(step.choice));
+            let code = self.part.index.code(state as usize);
+            stepper.enter(&self.task.layout, code);
+            stepper.expand().map_err(|broken| self.task.broken(broken, code))?;
+            let (choice, name) = self.named(&*stepper, self.part.place_of(step.choice));
             let distance = distances.get(&state).copied().unwrap_or_default();
-            policy.push(Guiding { state: self.task.values(&code), choice, name, distance });
+            policy.push(Guiding { state: self.task.values(code), choice, name, distance });
         }
         Ok(policy)
     }
@@ -89,7 +88,7 @@ impl Guided {
     }
 
     /// Returns a choice of the state that was expanded last, and its name.
-    fn named<const W: usize>(&self, stepper: &Stepper<'_, W>, place: [usize; 2]) -> (Choice, String) {
+    fn named(&self, stepper: &dyn Expand, place: [usize; 2]) -> (Choice, String) {
         let program = &self.task.program;
         let [own, number] = place;
         let action = program.synchronisations[own].action;
@@ -98,7 +97,7 @@ impl Guided {
             **index == own || action.is_some() && program.synchronisations[**index].action == action
         };
         let (mut alike, mut at) = (Vec::new(), 0);
-        for &index in stepper.active.iter().filter(is_alike) {
+        for &index in stepper.active().iter().filter(is_alike) {
             for combination in 0..stepper.combinations(index) {
                 if [index, combination] == [own, number] {
                     at = alike.len();

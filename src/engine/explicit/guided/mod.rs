@@ -44,7 +44,6 @@ use crate::settings::{Scope, Settings};
 use advice::Advice;
 use estimate::Estimator;
 use facts::Fact;
-use meliora_space::by_words;
 use meliora_space::compile::Compiler;
 use meliora_space::explore::{Exploration, Task};
 use meliora_space::index::NOBODY;
@@ -177,7 +176,7 @@ impl Guided {
             task,
         };
         for code in of.beginnings() {
-            by_words!(guided, start(code))?;
+            guided.start(code)?;
         }
         Ok(Some(guided))
     }
@@ -193,7 +192,7 @@ impl Guided {
     /// # Errors
     /// A limit is reached.
     pub(super) fn run(&mut self, most: u64) -> Result<Option<bool>> {
-        self.answer = by_words!(self, advance(most))?;
+        self.answer = self.advance(most)?;
         Ok(self.answer)
     }
 
@@ -215,16 +214,12 @@ impl Guided {
     /// # Errors
     /// A limit is reached.
     pub fn policy(&self) -> Result<Vec<Guiding>> {
-        by_words!(self, follow())
+        self.follow()
     }
 
     /// Returns the initial states.
     pub fn initial_states(&self) -> Vec<State> {
         self.initial.iter().map(|&state| self.task.values(self.part.index.code(state as usize))).collect()
-    }
-
-    fn words(&self) -> usize {
-        self.task.layout.words()
     }
 }
 

@@ -98,11 +98,11 @@ impl Part {
     ///
     /// # Errors
     /// The memory limit.
-    pub(super) fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<(u32, bool)> {
-        let state = self.index.intern(code)?;
-        if (state as usize) < self.standing.len() {
+    pub(super) fn number(&mut self, code: &[u64]) -> Result<(u32, bool)> {
+        if let Some(state) = self.index.find(code) {
             return Ok((state, false));
         }
+        let state = self.index.add(code)?;
         self.standing.push(Standing::default())?;
         self.estimate.push(Estimate::default())?;
         self.steps.push(NO_STEP)?;

@@ -11,10 +11,11 @@ use super::queue::Queue;
 use super::{Guide, Guided};
 use meliora_base::error::Result;
 use meliora_space::STEPS_PER_WORK;
-use meliora_space::explore::{PATIENCE, fixed};
+use meliora_space::expand::{self, Expand};
+use meliora_space::explore::PATIENCE;
 use meliora_space::index::NOBODY;
+use meliora_space::layout::Code;
 use meliora_space::meter::{Array, Meter};
-use meliora_space::stepper::{Stepper, sum};
 
 /// A best-first search for a path from one state to the target or to the policy.
 pub(super) struct Search {
@@ -80,14 +81,14 @@ impl Search {
 
 impl Guided {
     /// Adds an initial state.
-    pub(super) fn start<const W: usize>(&mut self, code: &[u64]) -> Result<()> {
-        let state = self.number(&fixed::<W>(code))?;
+    pub(super) fn start(&mut self, code: &[u64]) -> Result<()> {
+        let state = self.number(code)?;
         self.initial.push(state);
         Ok(())
     }
 
     /// Returns the number of a state, in which the target is tested if it is new.
-    fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
+    fn number(&mut self, code: &[u64]) -> Result<u32> {
         let (state, is_new) = self.part.number(code)?;
         if is_new {
             self.part.standing[state as usize].is_target = self.target.holds(&self.task, code)?;
@@ -95,9 +96,9 @@ impl Guided {
         Ok(state)
     }
 
-    pub(super) fn advance<const W: usize>(&mut self, most: u64) -> Result<Option<bool>> {
+    pub(super) fn advance(&mut self, most: u64) -> Result<Option<bool>> {
         let prepared = Arc::clone(&self.task.prepared);
-        let mut stepper = Stepper::<W>::new(&prepared);
+        let mut stepper = expand::stepper(&prepared, self.task.layout.words());
         while self.work() < most {
             self.report()?;
             if self.initial.iter().any(|&state| self.part.standing[state as usize].is_lost) {
@@ -106,9 +107,9 @@ impl Guided {
             if self.search.start == NOBODY {
                 let Some(next) = self.next() else { return Ok(Some(true)) };
                 self.search.begin(next);
-                if !self.is_led(&mut stepper, next)? {
+                if !self.is_led(&mut *stepper, next)? {
                     self.search.begin(next);
-                    self.look(&mut stepper, next, NOBODY)?;
+                    self.look(&mut *stepper, next, NOBODY)?;
                 }
                 continue;
             }
@@ -124,7 +125,7 @@ impl Guided {
             };
             let state = self.part.successor(edge);
             if self.part.is_open(self.part.source(edge).0) && !self.search.has_entered(state) {
-                self.look(&mut stepper, state, edge)?;
+                self.look(&mut *stepper, state, edge)?;
             }
         }
         Ok(None)
@@ -160,7 +161,7 @@ impl Guided {
 
     /// Enters a state: estimates its distance, and lists its choices and their successors. If one of these is in the
     /// target or the policy, the path becomes part of the policy.
-    fn look<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>, state: u32, edge: u32) -> Result<()> {
+    fn look(&mut self, stepper: &mut dyn Expand, state: u32, edge: u32) -> Result<()> {
         self.search.enter(state, edge)?;
         let standing = self.part.standing[state as usize];
         let goes_on = match standing {
@@ -231,34 +232,32 @@ impl Guided {
     }
 
     /// Lists the choices of a state. Returns false if it is lost.
-    pub(super) fn expand<const W: usize>(
-        &mut self,
-        stepper: &mut Stepper<'_, W>,
-        state: u32,
-    ) -> Result<bool> {
+    pub(super) fn expand(&mut self, stepper: &mut dyn Expand, state: u32) -> Result<bool> {
         // Also of a state whose distance is known: the plan names the helpful commands.
         if !self.estimate(state) {
             return Ok(false);
         }
-        let code = fixed::<W>(self.part.index.code(state as usize));
+        let code = Code::from_slice(self.part.index.code(state as usize));
         stepper.enter(&self.task.layout, &code);
         let Guide { relaxation, estimator, .. } = &self.guide;
         let of = |&command: &u32| relaxation.synchronisations.of(command as usize);
         let mut among: Vec<u32> = estimator.enabled.iter().flat_map(of).copied().collect();
         among.sort_unstable();
         among.dedup();
-        let among = among.into_iter().map(|index| index as usize);
-        stepper.expand_among(among).map_err(|broken| self.task.broken(broken, &code))?;
-        self.steps += 1 + stepper.steps.len() as u64;
+        let mut among = among.into_iter().map(|index| index as usize);
+        stepper.expand_among(&mut among).map_err(|broken| self.task.broken(broken, &code))?;
+        self.steps += 1 + stepper.ends().last().map_or(0, |&end| u64::from(end));
         self.part.begin(state);
         let (mut at, mut number, mut successors) = (0, 0, Vec::new());
-        for place in 0..stepper.active.len() {
-            let index = stepper.active[place];
+        for place in 0..stepper.active().len() {
+            let index = stepper.active()[place];
             for combination in 0..stepper.combinations(index) {
-                let end = stepper.ends[number] as usize;
+                let end = stepper.ends()[number] as usize;
                 successors.clear();
-                for step in &stepper.steps[at..end] {
-                    successors.push(self.number(&sum(&code, step))?);
+                for step in at..end {
+                    let mut successor = code.clone();
+                    stepper.step(step, &mut successor);
+                    successors.push(self.number(&successor)?);
                 }
                 successors.sort_unstable();
                 successors.dedup();
@@ -280,13 +279,7 @@ impl Guided {
 
     /// Takes the path that the search has found into the policy. Its other outcomes are estimated: those that are lost
     /// make it useless at once.
-    pub(super) fn adopt<const W: usize>(
-        &mut self,
-        stepper: &mut Stepper<'_, W>,
-        state: u32,
-        choice: u32,
-        to: u32,
-    ) -> Result<()> {
+    pub(super) fn adopt(&mut self, stepper: &mut dyn Expand, state: u32, choice: u32, to: u32) -> Result<()> {
         let (mut path, mut last) = (vec![(state, choice, to)], state);
         loop {
             let (_, edge) = self.search.entered[last as usize];
@@ -322,7 +315,7 @@ impl Guided {
     }
 
     /// Begins the search from its state again.
-    fn restart<const W: usize>(&mut self, stepper: &mut Stepper<'_, W>) -> Result<()> {
+    fn restart(&mut self, stepper: &mut dyn Expand) -> Result<()> {
         let start = self.search.start;
         self.search.begin(start);
         self.look(stepper, start, NOBODY)
