@@ -379,5 +379,8 @@ fn several_objectives_are_those_of_means_of_pure_strategies() {
     }
     let done =
         counts.iter().all(|&count| count > 5) && fronts[0] + fronts[1] >= share(12) && infinite >= share(4);
-    assert!(done && refused[0] >= share(12) && refused[1] < 5, "{counts:?} {fronts:?} {refused:?} {infinite}");
+    assert!(
+        done && refused[0] >= share(12) && refused[1] < 5,
+        "{counts:?} {fronts:?} {refused:?} {infinite}"
+    );
 }
