@@ -48,6 +48,8 @@ pub struct Field {
     low: i64,
     /// The number of values minus 1.
     width: u64,
+    /// The bits of the greatest value, if the lowest one is 0.
+    mask: u64,
 }
 
 /// The layout of codes.
@@ -85,12 +87,8 @@ impl Layout {
         }
         // A variable with one value may be placed after the last bit of a word; its weight is not
         // used.
-        let field = |(v, (word, shift)): (&Variable, (u32, u32))| Field {
-            word,
-            shift: shift & 63,
-            weight: 1 << (shift & 63),
-            low: v.low,
-            width: width(v),
+        let field = |(v, (word, shift)): (&Variable, (u32, u32))| {
+            Field::new(v, (word, shift & 63), 1 << (shift & 63))
         };
         let fields = program.variables.iter().zip(places).map(field).collect();
         Ok(Layout { fields, words, valuations: None })
@@ -103,7 +101,7 @@ impl Layout {
         let mut weight: u64 = 1;
         for v in program.variables.iter().rev() {
             let width = width(v);
-            fields.push(Field { word: 0, shift: 0, weight, low: v.low, width });
+            fields.push(Field::new(v, (0, 0), weight));
             weight = weight.checked_mul(width.checked_add(1)?)?;
             u32::try_from(weight).ok()?;
         }
@@ -131,6 +129,16 @@ impl Layout {
     /// Returns the field of a variable.
     pub fn field(&self, variable: usize) -> Field {
         self.fields[variable]
+    }
+
+    /// Returns the bits of a code on which the values of some variables depend.
+    pub fn mask(&self, variables: impl IntoIterator<Item = usize>) -> Code {
+        let mut mask = Code::from_elem(0, self.words);
+        for field in variables.into_iter().map(|variable| &self.fields[variable]) {
+            let own = if self.valuations.is_some() { u64::MAX } else { field.mask << field.shift };
+            mask[field.word as usize] |= own;
+        }
+        mask
     }
 
     /// Writes the values of a state to the first entries of `values`.
@@ -171,6 +179,12 @@ impl Layout {
 }
 
 impl Field {
+    fn new(variable: &Variable, (word, shift): (u32, u32), weight: u64) -> Self {
+        let width = width(variable);
+        let mask = u64::MAX.checked_shr(width.leading_zeros()).unwrap_or(0);
+        Field { word, shift, weight, low: variable.low, width, mask }
+    }
+
     /// Returns whether a value is in the variable's range.
     #[inline]
     pub fn holds(&self, value: i64) -> bool {
@@ -187,8 +201,7 @@ impl Field {
 
     #[inline]
     fn packed_value(&self, code: &[u64]) -> i64 {
-        let mask = u64::MAX.checked_shr(self.width.leading_zeros()).unwrap_or(0);
-        self.low.wrapping_add((code[self.word as usize] >> self.shift & mask) as i64)
+        self.low.wrapping_add((code[self.word as usize] >> self.shift & self.mask) as i64)
     }
 
     #[inline]
@@ -208,7 +221,7 @@ mod tests {
 
     #[test]
     fn a_field_of_one_value_takes_no_bits() {
-        let field = Field { word: 0, shift: 0, weight: 1, low: 7, width: 0 };
+        let field = Field { word: 0, shift: 0, weight: 1, low: 7, width: 0, mask: 0 };
         assert_eq!(field.packed_value(&[u64::MAX]), 7);
         assert!(field.holds(7) && !field.holds(8) && !field.holds(6));
     }

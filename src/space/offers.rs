@@ -2,7 +2,8 @@
 
 use ahash::{AHashMap, RandomState};
 
-use super::value_classes::ValueClasses;
+use super::program::Factor;
+use super::states::fixed;
 
 /// Maximum number of offers that are kept.
 const MOST_KEPT: usize = 1 << 12;
@@ -46,23 +47,27 @@ impl<const W: usize> Offer<W> {
 }
 
 /// The offer of a participant in the current state.
-#[derive(Debug, Clone, Copy, Default)]
-struct Current {
+#[derive(Debug, Clone, Copy)]
+struct Current<const W: usize> {
     /// The number of the state for which it is valid.
     stamp: u64,
     number: u32,
     place: u32,
+    /// The bits of the code on which the place depends. A kept offer is valid in all states with them.
+    bits: [u64; W],
 }
 
 /// The offers of the participants in the current state, and those of earlier states by place.
 pub(crate) struct Offers<'a, const W: usize> {
-    classes: Vec<Option<&'a ValueClasses>>,
+    factors: &'a [Factor],
+    /// For each participant, the bits of a code on which its place depends.
+    masks: Vec<[u64; W]>,
     /// For each participant, one more than the number of the kept offer of each place, or 0 if that is not known; empty
     /// before there is a table.
     tables: Vec<Vec<u16>>,
     /// One offer per participant for the current state alone, and after these the offers that are kept.
     all: Vec<Offer<W>>,
-    current: Vec<Current>,
+    current: Vec<Current<W>>,
     /// The numbers of kept offers, by their hash.
     numbers: AHashMap<u64, u16>,
     hasher: RandomState,
@@ -70,28 +75,33 @@ pub(crate) struct Offers<'a, const W: usize> {
     places: usize,
     /// The number of the current state.
     now: u64,
+    /// Its code.
+    code: [u64; W],
 }
 
 impl<'a, const W: usize> Offers<'a, W> {
-    /// Begins without offers, given the classes of values that each participant tells apart.
-    pub(crate) fn new(classes: Vec<Option<&'a ValueClasses>>) -> Self {
-        let count = classes.len();
+    /// Begins without offers of some participants.
+    pub(crate) fn new(factors: &'a [Factor]) -> Self {
+        let count = factors.len();
         Offers {
-            classes,
+            factors,
+            masks: factors.iter().map(|factor| fixed(&factor.mask)).collect(),
             tables: vec![Vec::new(); count],
             all: vec![Offer::new(); count],
-            current: vec![Current::default(); count],
+            current: vec![Current { stamp: 0, number: 0, place: 0, bits: [0; W] }; count],
             numbers: AHashMap::new(),
             hasher: RandomState::with_seeds(1, 2, 3, 4),
             places: 0,
             now: 0,
+            code: [0; W],
         }
     }
 
-    /// Moves to another state.
+    /// Moves to another state, given its code.
     #[inline]
-    pub(crate) fn next_state(&mut self) {
+    pub(crate) fn next_state(&mut self, code: [u64; W]) {
         self.now += 1;
+        self.code = code;
     }
 
     /// Returns the offer of a participant in the current state, if it is known.
@@ -105,7 +115,15 @@ impl<'a, const W: usize> Offers<'a, W> {
     /// is known then.
     #[inline]
     pub(crate) fn look_up(&mut self, participant: usize, values: &[i64]) -> bool {
-        let Some(classes) = self.classes[participant] else { return false };
+        let mut bits = self.masks[participant];
+        bits.iter_mut().zip(&self.code).for_each(|(bits, word)| *bits &= word);
+        let (first, current) = (self.factors.len() as u32, &mut self.current[participant]);
+        // States that follow each other differ in few participants.
+        if current.number >= first && current.bits == bits {
+            current.stamp = self.now;
+            return true;
+        }
+        let Some(classes) = &self.factors[participant].classes else { return false };
         if self.tables[participant].is_empty() && !self.begin_table(participant, classes.size) {
             return false;
         }
@@ -113,9 +131,9 @@ impl<'a, const W: usize> Offers<'a, W> {
         let entry = self.tables[participant][place];
         let (stamp, number) = match entry {
             0 => (0, 0),
-            kept => (self.now, self.classes.len() as u32 + u32::from(kept) - 1),
+            kept => (self.now, first + u32::from(kept) - 1),
         };
-        self.current[participant] = Current { stamp, number, place: place as u32 };
+        self.current[participant] = Current { stamp, number, place: place as u32, bits };
         entry != 0
     }
 
@@ -147,21 +165,21 @@ impl<'a, const W: usize> Offers<'a, W> {
     /// Sets the offer of a participant in the current state; `is_steady` if it is the same in all states of the place.
     pub(crate) fn set(&mut self, participant: usize, offer: Offer<W>, is_steady: bool) {
         self.all[participant] = offer;
-        let place = self.current[participant].place;
+        let Current { place, bits, .. } = self.current[participant];
         let mut number = participant;
         if is_steady
             && !self.tables[participant].is_empty()
             && let Some(kept) = self.keep(participant)
         {
             self.tables[participant][place as usize] = kept + 1;
-            number = self.classes.len() + usize::from(kept);
+            number = self.factors.len() + usize::from(kept);
         }
-        self.current[participant] = Current { stamp: self.now, number: number as u32, place };
+        self.current[participant] = Current { stamp: self.now, number: number as u32, place, bits };
     }
 
     /// Keeps the offer of a participant in the current state, and returns its number; `None` if there are too many.
     fn keep(&mut self, participant: usize) -> Option<u16> {
-        let (own, first) = (&self.all[participant], self.classes.len());
+        let (own, first) = (&self.all[participant], self.factors.len());
         let hash = self.hasher.hash_one(own);
         match self.numbers.get(&hash) {
             Some(&known) => (self.all[first + usize::from(known)] == *own).then_some(known),

@@ -6,7 +6,7 @@ use super::bounds::Bounds;
 use super::by_value::ByValue;
 use super::compile::Compiler;
 use super::guards::{Candidates, Guards};
-use super::layout::{Field, Layout};
+use super::layout::{self, Field, Layout};
 use super::machine::{Code, Entry};
 use super::needs::{Way, Ways, of_all};
 use super::numbers::Numbers;
@@ -47,6 +47,8 @@ pub struct Factor {
     pub(crate) is_sound: bool,
     /// The values of variables that its commands tell apart, unless these are too many.
     pub(crate) classes: Option<ValueClasses>,
+    /// The bits of a code on which these classes depend.
+    pub(crate) mask: layout::Code,
 }
 
 /// A command.
@@ -115,7 +117,8 @@ impl Prepared {
             let candidates = guards.compile(&mut compiler, &mut ways, &mut poll)?;
             let chances = |command: CommandId| commands[command.index()].chances;
             let classes = ValueClasses::new(program, own, chances, &mut room);
-            factors.push(Factor { candidates, is_sound: own.iter().all(&mut sound), classes });
+            let mask = layout.mask(classes.iter().flat_map(ValueClasses::variables));
+            factors.push(Factor { candidates, is_sound: own.iter().all(&mut sound), classes, mask });
         }
         let needs = guards.iter().map(|guards| of_all(guards.ways.iter().flatten()));
         let by_value =

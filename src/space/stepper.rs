@@ -7,6 +7,7 @@ use super::layout::Layout;
 use super::machine::Machine;
 use super::offers::Offers;
 use super::program::{Chances, Prepared, Ready, Update};
+use super::states::fixed;
 use meliora_base::error::{Error, Limit};
 use meliora_base::rounding::Sum;
 use meliora_base::value::EvalError;
@@ -68,7 +69,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
         Stepper {
             prepared,
             machine: Machine::new(&prepared.code),
-            offers: Offers::new(prepared.factors.iter().map(|own| own.classes.as_ref()).collect()),
+            offers: Offers::new(&prepared.factors),
             draws: false,
             rounded: false,
             steps: Vec::new(),
@@ -82,7 +83,7 @@ impl<'a, const W: usize> Stepper<'a, W> {
     /// Moves to a state and discards the results for the last one.
     pub fn enter(&mut self, layout: &Layout, code: &[u64]) {
         self.machine.next_state();
-        self.offers.next_state();
+        self.offers.next_state(fixed(code));
         self.guards = 0;
         layout.decode(code, &mut self.machine.regs);
     }

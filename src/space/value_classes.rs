@@ -98,6 +98,11 @@ impl ValueClasses {
         self.unsteady.iter().all(|&other| other.0 != command)
     }
 
+    /// Returns the variables on which the place of a state depends.
+    pub(crate) fn variables(&self) -> impl Iterator<Item = usize> {
+        self.axes.iter().map(|axis| axis.variable)
+    }
+
     /// Returns the place of a state.
     #[inline]
     pub(crate) fn place(&self, values: &[i64]) -> usize {
