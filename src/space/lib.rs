@@ -46,6 +46,7 @@ pub mod graph;
 mod guards;
 pub mod index;
 pub mod initial;
+pub mod known;
 pub mod layout;
 mod lists;
 pub mod machine;

@@ -14,6 +14,7 @@ use meliora_model::step::Choice;
 use meliora_model::{ModelKind, State, VarId, fault};
 use meliora_space::compile::Compiler;
 use meliora_space::expand;
+use meliora_space::known::Known;
 use meliora_space::machine::Machine;
 use meliora_space::set::{BitSet, set, test};
 
@@ -90,17 +91,19 @@ impl Engine for ExplicitEngine {
         let code = compiler.finish();
         let mut machine = Machine::new(&code);
         let support = predicate.pool().support(predicate.id());
+        let mut known = Known::new(self.layout.mask(support.iter().map(|v| v.index())));
         let mut holds = BitSet::empty(&self.meter, self.graph.states());
         let words = holds.words_mut();
         for state in self.every_state.iter() {
             self.tick()?;
-            self.with_code(state, |packed| {
+            let evaluate = |packed: &[u64]| {
                 for v in &support {
                     machine.regs[v.index()] = self.layout.value(packed, v.index());
                 }
-            });
-            machine.next_state();
-            match machine.run(&code, start) {
+                machine.next_state();
+                machine.run(&code, start)
+            };
+            match self.with_code(state, |code| known.get(code, evaluate)) {
                 Ok(true) => set(words, state),
                 Ok(false) => {}
                 Err(_) => return Err(fault::in_predicate(&self.program, predicate, &self.values(state))),
@@ -411,7 +414,7 @@ impl ExplicitEngine {
     }
 
     #[inline]
-    pub(super) fn with_code(&self, state: usize, read: impl FnOnce(&[u64])) {
+    pub(super) fn with_code<T>(&self, state: usize, read: impl FnOnce(&[u64]) -> T) -> T {
         match &*self.space {
             Space::Indexed(index) => read(index.code(state)),
             Space::Every(_) => read(&[state as u64]),
