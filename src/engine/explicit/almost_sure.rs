@@ -26,7 +26,7 @@ pub(super) trait Rules {
 }
 
 /// The rules of reachability: edges into the target are goal edges, no edge is dropped.
-pub(super) struct Entering<'a>(pub(super) &'a BitSet);
+pub(super) struct Entering<'a>(pub(super) &'a [u64]);
 
 impl Rules for Entering<'_> {
     #[inline]
@@ -36,7 +36,7 @@ impl Rules for Entering<'_> {
 
     #[inline]
     fn wins(&self, _: usize, to: usize) -> bool {
-        self.0.has(to)
+        test(self.0, to)
     }
 }
 
@@ -59,7 +59,7 @@ impl Rules for Plain {
 pub(super) struct Table<'a> {
     entry: Array<u32>,
     /// The goal and the dropped states.
-    edge_labels: Vec<[&'a BitSet; 2]>,
+    edge_labels: Vec<[&'a [u64]; 2]>,
 }
 
 impl<'a> Table<'a> {
@@ -72,30 +72,28 @@ impl<'a> Table<'a> {
         for (number, labels) in edge_labels.iter().enumerate() {
             engine.bits(&labels.from)?.iter().for_each(|s| entry[s] = number as u32);
         }
-        let pairs = edge_labels.iter();
-        let pairs = pairs.map(|labels| Ok([engine.bits(&labels.goal)?, engine.bits(&labels.dropped)?]));
+        let words = |x: &'a StateSet| engine.bits(x).map(BitSet::words);
+        let pairs = edge_labels.iter().map(|labels| Ok([words(&labels.goal)?, words(&labels.dropped)?]));
         Ok(Table { entry, edge_labels: pairs.collect::<Result<_>>()? })
     }
 
-    /// Returns the targets of goal edges.
-    ///
-    /// # Errors
-    /// The memory limit is reached.
-    pub(super) fn goal(&self, nothing: BitSet) -> Result<BitSet> {
-        let mut goals = self.edge_labels.iter().map(|[goal, _]| goal);
-        goals.try_fold(nothing, |all, goal| all.zip(goal, |x, y| x | y))
+    /// Adds the targets of goal edges to a set.
+    pub(super) fn add_goal(&self, to: &mut BitSet) {
+        for [goal, _] in &self.edge_labels {
+            to.words_mut().iter_mut().zip(*goal).for_each(|(x, y)| *x |= y);
+        }
     }
 }
 
 impl Rules for Table<'_> {
     #[inline]
     fn keeps(&self, from: usize, to: usize) -> bool {
-        self.edge_labels.get(self.entry[from] as usize).is_none_or(|[_, dropped]| !dropped.has(to))
+        self.edge_labels.get(self.entry[from] as usize).is_none_or(|[_, dropped]| !test(dropped, to))
     }
 
     #[inline]
     fn wins(&self, from: usize, to: usize) -> bool {
-        self.edge_labels.get(self.entry[from] as usize).is_some_and(|[goal, _]| goal.has(to))
+        self.edge_labels.get(self.entry[from] as usize).is_some_and(|[goal, _]| test(goal, to))
     }
 }
 
@@ -188,11 +186,9 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
             self.engine.tick()?;
             let level = above(self.level[state]);
             for &choice in graph.of(state) {
-                if !test(choices, choice as usize) {
-                    continue;
-                }
                 let owner = graph.owner(choice) as usize;
-                if self.level[owner] == DETACHED && self.rules.keeps(owner, state) {
+                let is_open = self.level[owner] == DETACHED && test(choices, choice as usize);
+                if is_open && self.rules.keeps(owner, state) {
                     set(stored, choice as usize);
                     self.level[owner] = level;
                     self.work.add(owner);

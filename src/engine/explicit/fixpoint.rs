@@ -23,11 +23,8 @@ impl ExplicitEngine {
         while let Some(state) = work.take() {
             self.tick()?;
             for &choice in graph.of(state) {
-                if !test(within, choice as usize) {
-                    continue;
-                }
                 let from = graph.owner(choice) as usize;
-                if !test(x, from) && rules.keeps(from, state) {
+                if !test(x, from) && test(within, choice as usize) && rules.keeps(from, state) {
                     set(x, from);
                     work.add(from);
                 }

@@ -134,9 +134,8 @@ impl ExplicitEngine {
     /// them if it is ours; if it is the opponent's, one, and none if some choice is not in C.
     pub(super) fn removable(&self, c: &BitSet) -> Result<Array<u32>> {
         let mut left = Array::filled(&self.meter, self.graph.states(), 0u32)?;
-        let graph = self.graph.predecessors()?;
-        for choice in c.iter() {
-            left[graph.owner(choice as u32) as usize] += 1;
+        for (state, left) in left.iter_mut().enumerate() {
+            *left = self.graph.choices_of(state).filter(|&choice| c.has(choice)).count() as u32;
         }
         for state in self.opponent().iter().flat_map(|theirs| theirs.iter()) {
             left[state] = u32::from(left[state] > 0 && left[state] as usize == self.admitted(state).count());

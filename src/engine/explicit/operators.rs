@@ -188,9 +188,9 @@ impl Engine for ExplicitEngine {
         self.check_owned(edge_labels)?;
         let plain = edge_labels.iter().all(|labels| labels.dropped.0.is_empty());
         Ok(StateSet(match (self.opponent(), plain) {
-            (None, true) => self.attract(target, within, &Entering(target))?,
+            (None, true) => self.attract(target, within, &Entering(target.words()))?,
             (None, false) => self.attract(target, within, &Table::new(self, edge_labels)?)?,
-            (Some(_), true) => self.attract_in_game(target, None, within, &Entering(target))?,
+            (Some(_), true) => self.attract_in_game(target, None, within, &Entering(target.words()))?,
             (Some(_), false) => {
                 self.attract_in_game(target, None, within, &Table::new(self, edge_labels)?)?
             }
@@ -254,7 +254,7 @@ impl Engine for ExplicitEngine {
         } else {
             self.pre_within(&ChoiceSet(choices), &alive)?.0
         };
-        let Region { states, choices } = self.pursue(&outside, choices, (&Entering(goal), goal))?;
+        let Region { states, choices } = self.pursue(&outside, choices, (&Entering(goal.words()), goal))?;
         let states = states.zip(goal, |x, t| x | t)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
@@ -270,11 +270,12 @@ impl Engine for ExplicitEngine {
         let Region { states, choices } = match edge_labels {
             // All edges of the game have these labels.
             [all] if all.dropped.0.is_empty() && states.zip(&all.from.0, |x, y| x & !y)?.is_empty() => {
-                self.pursue(states, choices, (&Entering(&all.goal.0), &all.goal.0))?
+                self.pursue(states, choices, (&Entering(all.goal.0.words()), &all.goal.0))?
             }
             _ => {
                 let rules = Table::new(self, edge_labels)?;
-                let goal = rules.goal(self.no_states().0)?;
+                let mut goal = self.no_states().0;
+                rules.add_goal(&mut goal);
                 self.pursue(states, choices, (&rules, &goal))?
             }
         };
