@@ -57,8 +57,9 @@
 //! | [`meliora_engine`] | sets of states and of choices, symbolic and explicit | model, space |
 //! | [`meliora_query`] | questions to a dump | lang, engine, dump |
 //! | [`meliora_planning`] | the algorithms of the paper | engine |
-//! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, dump, space |
-//! | [`meliora_question`] | properties, the requests that they need, and their answers | planning, quantities, lang |
+//! | [`meliora_equations`] | Markov decision processes and games as graphs, and solvers of their equations | engine, space |
+//! | [`meliora_quantities`] | probabilities, costs and numbers of improvements | planning, equations, dump |
+//! | [`meliora_question`] | properties, the requests that they need, and their answers | planning, quantities, equations, lang |
 //! | [`meliora_certify`] | the check of a dump | engine, dump |
 //! | [`meliora_export`] | from an analysis to files, and projections | planning, quantities, formats |
 //! | [`meliora_generate`] | grid worlds | model |
@@ -314,8 +315,8 @@ pub mod quantities {
     #[doc(inline)]
     pub use meliora_quantities::{
         Achiever, Aim, Bounds, ChoiceValues, Choose, Chooser, Cost, Earned, Exploration, Interval, Node,
-        Steps, ValueOptions, ValuedRule, Values, all_states, choose, confirmed, cost, outlook, path_values,
-        state_values, values,
+        Steps, ValueOptions, ValuedRule, Values, all_states, choose, confirmed, cost, outlook, state_values,
+        values,
     };
 }
 

@@ -4,7 +4,8 @@
 //! - [`error::Error`], [`error::Diagnostic`] and [`error::SourceFile`]: errors with places.
 //! - [`progress::ProgressSink`]: progress and cancellation.
 //! - [`exact::Exact`], [`real::Real`] and [`value::Value`]: values and their arithmetic.
-//! - [`interval::Interval`] and [`number::Number`]: numbers of solvers, rounded outwards or exact.
+//! - [`interval::Interval`] and [`number::Number`]: numbers of solvers, rounded outwards or exact;
+//!   [`bound::Bound`]: a bound of a certificate.
 //! - [`diagram::Diagram`]: shared, reduced decision diagrams.
 //! - [`escape`], [`csv`], [`json`]: text for each target; [`files`]: files that appear whole or not at all.
 //!
@@ -16,6 +17,7 @@
 //! assert_eq!(wrong.position(), (2, 1));
 //! ```
 
+pub mod bound;
 pub mod csv;
 pub mod decimal;
 mod diagnostic;

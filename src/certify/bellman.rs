@@ -34,8 +34,9 @@ use super::checker::Checker;
 use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use super::table::{Entry, Table};
+use meliora_base::bound::Bound;
 use meliora_base::exact::Ratio;
-use meliora_dump::bounds::{Bounds, Number};
+use meliora_dump::bounds::Bounds;
 use meliora_engine::Engine;
 use meliora_model::rewards::RewardStructure;
 use meliora_model::step::Choice;
@@ -104,7 +105,7 @@ enum Side {
 }
 
 impl Side {
-    fn of(self, bounds: &Bounds) -> &Number {
+    fn of(self, bounds: &Bounds) -> &Bound {
         if self == Side::Lower { &bounds.lower } else { &bounds.upper }
     }
 }

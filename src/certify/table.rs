@@ -11,7 +11,8 @@ use super::condition::Condition;
 use super::error::{CheckError, CheckResult};
 use super::levels::{Known, Levels};
 use super::safety;
-use meliora_dump::bounds::{Bounds, Number, Row};
+use meliora_base::bound::Bound;
+use meliora_dump::bounds::{Bounds, Row};
 use meliora_engine::symbolic::StateSet;
 use meliora_engine::{Algebra, Engine};
 
@@ -158,11 +159,11 @@ impl<'a> Table<'a> {
     }
 }
 
-fn is_one(number: &Number) -> bool {
+fn is_one(number: &Bound) -> bool {
     number.exact().is_some_and(|x| x.is_one())
 }
 
-fn is_zero(number: &Number) -> bool {
+fn is_zero(number: &Bound) -> bool {
     number.exact().is_some_and(|x| x.is_zero())
 }
 

@@ -11,97 +11,20 @@
 use std::borrow::Cow;
 use std::io::{self, BufRead, Write};
 
-use num_traits::{FromPrimitive, Signed, Zero};
-
+pub use meliora_base::bound::Bound;
 use meliora_base::error::{Error, Result};
 use meliora_base::escape;
-use meliora_base::exact::Ratio;
-use meliora_base::interval::Interval;
 use meliora_model::State;
 
 /// The largest number of bytes of a row.
 const LONGEST: u64 = 64 << 20;
-/// The largest number of bits of the numerator or denominator of a fraction.
-pub const MOST_BITS: u64 = 1 << 18;
-/// The largest number of digits of such a number.
-const MOST_DIGITS: usize = 80_000;
-
-/// A bound: not negative, exact.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Number {
-    /// A double, which may be infinite.
-    Double(f64),
-    /// A fraction that is not a double.
-    Fraction(Box<Ratio>),
-}
-
-impl Number {
-    /// Returns the number; `None` if it is infinite.
-    pub fn exact(&self) -> Option<Ratio> {
-        match self {
-            Number::Double(x) => Ratio::from_f64(*x),
-            Number::Fraction(x) => Some((**x).clone()),
-        }
-    }
-
-    /// Returns the doubles nearest to the number.
-    pub fn around(&self) -> Interval {
-        match self {
-            Number::Double(x) => Interval::point(*x),
-            Number::Fraction(x) => Interval::around(x),
-        }
-    }
-
-    /// Parses a number; `None` if the text is not one, or negative.
-    fn parse(text: &str) -> Option<Self> {
-        let length = |part: &str| (1..=MOST_DIGITS).contains(&part.len());
-        let digits = |part: &str| length(part) && part.bytes().all(|b| b.is_ascii_digit());
-        if text == "inf" {
-            return Some(Number::Double(f64::INFINITY));
-        }
-        if let Some((n, d)) = text.split_once('/') {
-            if !digits(n) || !digits(d) {
-                return None;
-            }
-            let (n, d): (num_bigint::BigInt, num_bigint::BigInt) = (n.parse().ok()?, d.parse().ok()?);
-            return (!d.is_zero()).then(|| Number::Fraction(Box::new(Ratio::new(n, d))));
-        }
-        let plain = text.starts_with(|c: char| c.is_ascii_digit());
-        let x: f64 = text.parse().ok().filter(|x: &f64| plain && x.is_finite())?;
-        Some(Number::Double(x))
-    }
-}
-
-impl From<Ratio> for Number {
-    /// Keeps a fraction that is not negative; a double if it is one.
-    fn from(exact: Ratio) -> Self {
-        debug_assert!(!exact.is_negative(), "bounds are not negative");
-        let near = num_traits::ToPrimitive::to_f64(&exact).unwrap_or(f64::INFINITY);
-        match Ratio::from_f64(near) {
-            Some(x) if x == exact => Number::Double(near),
-            _ => Number::Fraction(Box::new(exact)),
-        }
-    }
-}
-
-impl std::fmt::Display for Number {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Number::Double(x) if x.is_infinite() => f.write_str("inf"),
-            // The shortest decimal that is read as this double.
-            Number::Double(x) => write!(f, "{x:?}"),
-            Number::Fraction(x) => write!(f, "{}/{}", x.numer(), x.denom()),
-        }
-    }
-}
-
 /// The bounds of one quantity of a state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounds {
     /// The lower bound.
-    pub lower: Number,
+    pub lower: Bound,
     /// The upper bound.
-    pub upper: Number,
+    pub upper: Bound,
     /// The rank: some choice that confirms the bound enters a smaller rank with positive
     /// probability. It proves the lower bound of a probability, and the upper one of a cost.
     pub rank: u32,
@@ -256,7 +179,7 @@ fn row(layout: &Layout, text: &str) -> std::result::Result<Row, String> {
             continue;
         }
         let number =
-            |text: &str| Number::parse(text).ok_or_else(|| format!("`{}` is not a bound", shown(text)));
+            |text: &str| Bound::parse(text).ok_or_else(|| format!("`{}` is not a bound", shown(text)));
         let rank = rank.parse().map_err(|_| format!("`{}` is not a rank", shown(rank)))?;
         let bounds = Bounds { lower: number(lower)?, upper: number(upper)?, rank };
         if is_cost { costs.push(Some(bounds)) } else { probabilities.push(bounds) }
@@ -268,8 +191,8 @@ fn row(layout: &Layout, text: &str) -> std::result::Result<Row, String> {
 mod tests {
     use super::*;
 
-    fn number(text: &str) -> Number {
-        Number::parse(text).unwrap()
+    fn number(text: &str) -> Bound {
+        Bound::parse(text).unwrap()
     }
 
     #[test]
@@ -308,33 +231,6 @@ mod tests {
             let text = format!("{}\n{row}\n", layout.header());
             let error = read("v", &layout, &mut text.as_bytes()).unwrap_err().to_string();
             assert!(error.len() < 200 && error.contains("…"), "{} bytes", error.len());
-        }
-    }
-
-    #[test]
-    fn numbers_are_exact_and_not_negative() {
-        let tenth = Ratio::new(1.into(), 10.into());
-        assert_ne!(number("0.1").exact(), Some(tenth.clone()));
-        assert_eq!(number("1/10").exact(), Some(tenth.clone()));
-        assert_eq!(Number::from(tenth).to_string(), "1/10");
-        assert_eq!(Number::from(Ratio::new(1.into(), 4.into())), Number::Double(0.25));
-        let long = "1".repeat(100_000) + "/3";
-        for text in [
-            long.as_str(),
-            "",
-            "-1",
-            "+1",
-            "NaN",
-            "1/0",
-            "/2",
-            "1/",
-            "-1/2",
-            "1/-2",
-            "infinity",
-            "1e999",
-            " 1",
-        ] {
-            assert_eq!(Number::parse(text), None, "{text:?}");
         }
     }
 }

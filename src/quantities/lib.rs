@@ -17,47 +17,23 @@
 //!
 //! # Modules
 //!
-//! | folder | contents |
+//! | module | contents |
 //! | --- | --- |
-//! | [`equations`] | from states to equations: graphs with exact probabilities, costs, the equations of each quantity |
-//! | `solvers` | components, and the methods that solve their equations |
-//! | [`answers`] | the uses of the solutions: values, strategies, properties, certificates |
+//! | [`exploration`], `facts`, `explore`, `places`, [`cost`] | from an [`Analysis`](meliora_planning::Analysis) to a graph: the states that kept choices reach, with exact probabilities and costs |
+//! | [`values`], [`state_values`], [`all_states`] | the results of an analysis: [`Values`], also as plain data |
+//! | [`choose`] | strategies that attain the values |
+//! | [`by_goal`] | how likely the first improvement gains each objective |
+//! | [`outlook`] | what a strategy promises |
+//! | [`confirmed`] | bounds that one step confirms, for certificates |
+//! | [`sought`] | probabilities of formulas and rewards until a target, without preferences |
+//! | [`optimal`], [`followed`], `chain` | strategies that attain the optimum of one operator; strategies, followed |
+//! | [`actions`] | the value after each action, from those of all states |
 //!
-//! # Methods
-//!
-//! Every value is an interval that contains the true value of the model as it is written.
-//! Probabilities are exact fractions ([`Program::exact_steps`](meliora_model::Program::exact_steps)).
-//!
-//! 1. *Graph.* States are explored by their codes into one kind of graph: choices in compressed rows, with exact
-//!    probabilities and costs.
-//! 2. *Equations.* A quantity gives a system: the extreme that each state looks for, costs or none, and values of the level
-//!    below where a step counts. States in which the value is 0, 1 or infinite have no equation. Several objectives are a
-//!    weighted sum.
-//! 3. *Components.* Strongly connected components are solved after those that they reach; one state is solved directly. In
-//!    a larger one, end components of one side without gain or cost become one group; the rows of the groups remain.
-//! 4. *Bounds.* Optimistic value iteration and policy iteration with doubles take turns at the rows, with budgets that
-//!    double. Both claim only bounds that one step, rounded outwards, confirms. Up to 1000 groups policy iteration comes first,
-//!    since its bounds are narrower.
-//! 5. *Fractions.* Where doubles have too few digits, the same policy iteration continues with fractions. `--exact` uses them
-//!    everywhere.
-//! 6. *Games.* A game is a system in which some states look for the greatest value and others for the least one. Both
-//!    methods solve its components; policy iteration changes the policy of the side that has to leave a component where
-//!    another choice is better than the best answer to it.
-//! 7. *Parts.* For the values of some states, a part of the graph may be enough: one in which the best choices end even if all
-//!    states outside of it have the best values.
-//! 8. *Steps.* Bounds on the number of steps are steps backward over vectors.
-//!
-//! `benches/tuning.md` has figures for the methods.
+//! The equations and their solvers are those of [`meliora_equations`].
 //!
 //! The levels give qualitative facts for free: P_k > 0 on level k of SPI, and P_k = 1 on level k of
 //! SASI (under `transition`: of SASI under `action`). Only states between the two have equations.
 //! If at most one improvement is possible, N = P_1.
-//!
-//! Sources: A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020); S. Haddad and B.
-//! Monmege, "Interval iteration algorithm for MDPs and IMDPs" (end components); A. Hartmanns, S. Junges, T. Quatmann, M. Weininger, "A practitioner's guide to MDP
-//! model checking algorithms" (TACAS 2023); K. Chatterjee et al., "Fixed point certificates for
-//! reachability and expected rewards in MDPs" (TACAS 2025); A. Hoffman and R. Karp, "On nonterminating stochastic games"
-//! (1966); V. Forejt, M. Kwiatkowska, D. Parker, "Pareto curves for probabilistic model checking" (ATVA 2012).
 //!
 //! # An example
 //!
@@ -85,17 +61,15 @@
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
-pub mod answers;
-pub mod equations;
-mod solvers;
+mod answers;
 
 pub use answers::{
-    actions, all_states, by_goal, choose, confirmed, exploration, followed, optimal, outlook, path_values,
-    several, sought, state_values, values, vector,
+    actions, all_states, by_goal, choose, confirmed, cost, exploration, followed, optimal, outlook, sought,
+    state_values, values,
 };
+use answers::{chain, explore, facts, places};
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
-pub use equations::cost;
 pub use exploration::Exploration;
 pub use meliora_base::interval::{Bounds, Interval, PRECISION};
 pub use values::{Aim, ChoiceValues, Node, ValueOptions, Values};

@@ -134,9 +134,8 @@ impl Asking {
 /// Answers a question from the values of the initial states; where bounds contain that of the property, fractions decide.
 fn of_values(mut compute: Compute<'_>, quantity: &Quantity, part: Over, precision: f64) -> Result<Answer> {
     let mut found = compute(precision)?;
-    let numbers = |found: &[meliora_quantities::path_values::Value]| {
-        Vec::from_iter(found.iter().cloned().map(Number::from))
-    };
+    let numbers =
+        |found: &[meliora_equations::Value]| Vec::from_iter(found.iter().cloned().map(Number::from));
     let decided = |values: &[Number]| quantity.bound.as_ref().map(|bound| truth(values, bound));
     let mut values = numbers(&found.values);
     if found.end.is_ok() && decided(&values) == Some(None) {

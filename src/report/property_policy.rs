@@ -226,7 +226,7 @@ impl File {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use meliora_quantities::several::Taking;
+    use meliora_equations::several::Taking;
 
     #[test]
     fn lines_of_nodes_are_their_json() -> Result<()> {

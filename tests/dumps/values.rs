@@ -1,6 +1,6 @@
 //! Bounds of quantities in dumps: honest ones are confirmed, and no edit that makes one false is.
 
-use meliora::dump::bounds::{Bounds, Number, Row};
+use meliora::dump::bounds::{Bound, Bounds, Row};
 use meliora::dump::manifest::ValuesFile;
 use meliora::dump::write_directory;
 use meliora::export::bounds::{Wanted, add};
@@ -301,8 +301,8 @@ fn certainty_is_shown_where_the_levels_do_not_show_it() {
     );
 }
 
-pub(super) fn double(x: f64) -> Number {
-    Number::Double(x)
+pub(super) fn double(x: f64) -> Bound {
+    Bound::Double(x)
 }
 
 pub(super) fn between(lower: f64, upper: f64, rank: u32) -> Bounds {

@@ -2,12 +2,11 @@
 
 use bitvec::vec::BitVec;
 
-use crate::equations::arena::Arena;
-use crate::path_values::Value;
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_base::interval::{Bounds, Interval};
 use meliora_base::number::{Number, Weight};
+use meliora_equations::{Arena, Value};
 use meliora_model::State;
 use meliora_space::weighted::Walker;
 
@@ -42,7 +41,7 @@ pub struct ActionValue {
 /// A limit is reached.
 pub fn actions(arena: &Arena<'_>, x: &[Value], decided: &BitVec) -> Result<Vec<StateActions>> {
     let mut meter = arena.meter();
-    let walker = Walker::new(arena.program, &*arena.sink)?;
+    let walker = Walker::new(arena.program(), arena.sink())?;
     let mut walk = walker.walk();
     let mut all = Vec::with_capacity(arena.states());
     for number in 0..arena.states() {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::answers::choose::LEVELS;
+use crate::choose::LEVELS;
 use crate::{Steps, ValueOptions, Values};
 use meliora_base::error::Result;
 use meliora_engine::Engine;

@@ -4,12 +4,12 @@ use std::sync::Arc;
 
 use num_traits::ToPrimitive;
 
-use crate::answers::likely::Likely;
-use crate::answers::values::{Aim, ChoiceValues, Node, ValueOptions, Values};
-use crate::equations::cost::Cost;
+use crate::cost::Cost;
+use crate::values::{Aim, ChoiceValues, Node, ValueOptions, Values};
 use meliora_base::error::{Error, Result};
 use meliora_base::interval::Bounds;
 use meliora_engine::Engine;
+use meliora_equations::Likely;
 use meliora_model::preference::ObjectiveSet;
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, DecisionRule, Kind, Memory, Rank, StrategyKind};

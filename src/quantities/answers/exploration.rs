@@ -6,11 +6,11 @@ use meliora_model::{Program, State};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind};
 
-use crate::equations::cost::Cost;
-use crate::equations::explore::Explorer;
-use crate::equations::facts::Facts;
-use crate::equations::meter::Meter;
+use crate::cost::Cost;
+use crate::explore::Explorer;
+use crate::facts::Facts;
 use crate::values::{ValueOptions, Values};
+use meliora_equations::Meter;
 
 /// The exploration of the states that others reach by kept choices.
 pub struct Exploration<'a, E: Engine> {
@@ -100,16 +100,16 @@ impl<'a, E: Engine> Exploration<'a, E> {
         meter.take(values.graph.bytes() + values.places.bytes())?;
         let (graph, places) = (&mut values.graph, &mut values.places);
         if part.is_some() {
-            graph.row_of.get_or_insert_default();
+            graph.be_part();
         }
         let mut explorer = Explorer::new(&self.facts, self.costs, graph, places, &mut meter)?;
         let starts = start(&mut explorer);
-        let missing = values.missing.take();
+        let missing = values.found.take_missing();
         let end = starts.and_then(|starts| {
             values.starts = starts;
             match part {
                 Some(nodes) => {
-                    let first = missing.map_or_else(|| values.starts.clone(), |missing| missing.nodes);
+                    let first = missing.unwrap_or_else(|| values.starts.clone());
                     explorer.extend(&first, nodes)
                 }
                 None => explorer.run(),

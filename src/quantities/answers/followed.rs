@@ -9,22 +9,17 @@ use meliora_base::random::Draw;
 use meliora_model::Optimum;
 use num_traits::ToPrimitive;
 
-use crate::equations::arena::Arena;
-use crate::equations::game_graph::{Edge, Extremes, GameGraph, Rewards};
-use crate::path_values::Value;
-use crate::several::{Counted, Node, Taking};
-use crate::solvers::pairs::{counted_steps, decided};
-use crate::solvers::reaching::Vector;
-use crate::solvers::sides::Sides;
-use crate::vector::{Accumulation, Until, computed, reward_of, until_of};
+use super::chain::Chain;
 use meliora_base::interval::Bounds;
-use meliora_base::number::{Number, Weight};
+use meliora_base::number::Weight;
+use meliora_equations::several::{Counted, Node, Taking, counted_steps, decided};
+use meliora_equations::vector::{Accumulation, Until};
+use meliora_equations::{Arena, Builder, Edge, Extremes, Rewards, Value};
 
 /// The nodes of a strategy; each takes one step, with the chance of the strategy and of the model.
 pub struct Followed<'a> {
-    arena: &'a Arena<'a>,
     nodes: &'a [Node],
-    chain: GameGraph,
+    chain: Chain<'a>,
 }
 
 /// A fault of a node that is none of a strategy of the model.
@@ -72,8 +67,7 @@ impl<'a> Followed<'a> {
         arena: &'a Arena<'a>,
         nodes: &'a [Node],
     ) -> Result<std::result::Result<Self, (usize, NodeFault)>> {
-        let (mut meter, mut chain) = (arena.meter(), GameGraph::default());
-        chain.fractions = arena.fractions.clone();
+        let (mut meter, mut builder) = (arena.meter(), Builder::new(arena));
         for (number, node) in nodes.iter().enumerate() {
             let mut entered: BTreeMap<u32, Ratio> = BTreeMap::new();
             let share = Ratio::from_integer(node.choices.len().max(1).into());
@@ -90,13 +84,13 @@ impl<'a> Followed<'a> {
             }
             meter.take(entered.len() * 8 + 16)?;
             for (to, p) in entered {
-                let p = chain.fractions.number(p);
-                chain.add_edge(Edge::new(to, p, false));
+                let p = builder.number(p);
+                builder.edge(Edge::new(to, p, false));
             }
-            chain.end_choice();
-            chain.end_node();
+            builder.end_choice(Ratio::zero());
+            builder.end_state(false);
         }
-        Ok(Ok(Followed { arena, nodes, chain }))
+        Ok(Ok(Followed { nodes, chain: Chain { arena, game: builder.built().0 } }))
     }
 
     /// Returns the nodes whose states are in a set.
@@ -106,20 +100,16 @@ impl<'a> Followed<'a> {
 
     /// Returns the mean reward of the choices of each node.
     fn rewards(&self, of: &Rewards) -> Rewards {
-        let mut rewards = Rewards::default();
-        for node in self.nodes {
+        let mean = |node: &Node| {
             let sum: Ratio = node.choices.iter().map(|taking| of.choice(self.choice(node, taking))).sum();
-            let mean = sum / Ratio::from_integer(node.choices.len().into());
-            let [mean, zero] = [mean, Ratio::zero()].map(|x| rewards.fractions.number(x));
-            rewards.of_choice.push(mean);
-            rewards.of_state.push(zero);
-        }
-        rewards
+            sum / Ratio::from_integer(node.choices.len().into())
+        };
+        Rewards::of_choices(&self.chain.game, self.nodes.iter().map(mean))
     }
 
     /// Returns the number of a choice in the arena.
     fn choice(&self, node: &Node, taking: &Taking) -> usize {
-        choice(self.arena, node, taking).unwrap_or_default()
+        choice(self.chain.arena, node, taking).unwrap_or_default()
     }
 
     /// Returns the expected number of an objective from the first node, or 1 minus it if it is `negated`; with fractions if
@@ -128,12 +118,19 @@ impl<'a> Followed<'a> {
     /// # Errors
     /// A limit is reached.
     pub fn value(&self, counted: Counted<'_>, negated: bool, exact: bool) -> Result<Value> {
-        let most = match counted {
-            Counted::Visit(_) | Counted::Until(..) | Counted::Recur(_) => 1.0,
-            Counted::Total(_) | Counted::Within(..) | Counted::Before(..) => f64::INFINITY,
+        let asked = self.chain.asked(Extremes::all(Optimum::Max), if exact { 0.0 } else { f64::INFINITY });
+        let until = |left: BitVec, right: BitVec| asked.probability(&Until::unbounded(left, right));
+        let earned = |rewards: &Rewards, accumulation: Accumulation| {
+            asked.reward(&self.rewards(rewards), &accumulation)
         };
-        let precision = if exact { 0.0 } else { f64::INFINITY };
-        let answer = computed!(precision, most, N => self.found::<N>(counted))?;
+        let answer = match counted {
+            Counted::Visit(right) => until(self.chain.all(true), self.members(right)),
+            Counted::Until(left, right) => until(self.members(left), self.members(right)),
+            Counted::Recur(set) => until(self.chain.all(true), self.ends(&self.members(set))),
+            Counted::Total(rewards) => earned(rewards, Accumulation::Total),
+            Counted::Within(rewards, steps) => earned(rewards, Accumulation::Within(steps.into())),
+            Counted::Before(rewards, set) => earned(rewards, Accumulation::Until(self.members(set))),
+        }?;
         answer.end?;
         let mut value = answer.values.into_iter().next().unwrap_or(Value::Finite(Bounds::point(0)));
         if negated {
@@ -142,42 +139,9 @@ impl<'a> Followed<'a> {
         Ok(value)
     }
 
-    fn found<N: Number>(&self, counted: Counted<'_>) -> Result<Vector<N>> {
-        let (chain, goal) = (&self.chain, Extremes::all(Optimum::Max));
-        let until = |left: BitVec, right: BitVec| {
-            until_of(chain, &Until::unbounded(left, right), goal, &mut self.arena.meter())
-        };
-        let earned = |rewards: &Rewards, accumulation: Accumulation| {
-            reward_of(chain, &self.rewards(rewards), &accumulation, goal, &mut self.arena.meter())
-        };
-        match counted {
-            Counted::Visit(right) => until(self.all(true), self.members(right)),
-            Counted::Until(left, right) => until(self.members(left), self.members(right)),
-            Counted::Recur(set) => until(self.all(true), self.ends(&self.members(set))),
-            Counted::Total(rewards) => earned(rewards, Accumulation::Total),
-            Counted::Within(rewards, steps) => earned(rewards, Accumulation::Within(steps.into())),
-            Counted::Before(rewards, set) => earned(rewards, Accumulation::Until(self.members(set))),
-        }
-    }
-
-    fn all(&self, inside: bool) -> BitVec {
-        BitVec::repeat(inside, self.nodes.len())
-    }
-
     /// Returns the nodes of the components that are never left and contain a node of a set.
     fn ends(&self, set: &BitVec) -> BitVec {
-        let mut ends = self.all(false);
-        for component in self.chain.choices.bottoms() {
-            let is_end = component.iter().any(|&node| set[node as usize]);
-            component.iter().for_each(|&node| ends.set(node as usize, is_end));
-        }
-        ends
-    }
-
-    /// Returns the nodes from which some are reached through others.
-    fn near(&self, target: &BitVec, left: &BitVec) -> Result<BitVec> {
-        let (all, mut meter) = (self.all(true), self.arena.meter());
-        Ok(Sides::new(&self.chain.choices, &all, &all, &mut meter)?.positive(target, left))
+        self.chain.ends(|component| component.iter().any(|&node| set[node as usize]))
     }
 
     /// Returns what a path counts from each node on, where the node decides it.
@@ -185,9 +149,9 @@ impl<'a> Followed<'a> {
     /// # Errors
     /// A limit is reached.
     pub fn rests(&self, counted: Counted<'_>) -> Result<Vec<Rest>> {
-        let all = self.all(true);
+        let all = self.chain.all(true);
         let until = |left: &BitVec, right: BitVec, [done, lost]: [f64; 2]| {
-            let near = self.near(&right, left)?;
+            let near = self.chain.near(&right, left)?;
             Ok(rests(&right, done, &!near, lost))
         };
         match counted {
@@ -198,9 +162,9 @@ impl<'a> Followed<'a> {
             Counted::Total(rewards) | Counted::Within(rewards, _) => {
                 let rewards = self.rewards(rewards);
                 let earning: BitVec = (0..self.nodes.len()).map(|node| !rewards.is_free(node)).collect();
-                let idle = !self.near(&earning, &all)?;
+                let idle = !self.chain.near(&earning, &all)?;
                 let is_total = matches!(counted, Counted::Total(_));
-                let endless = if is_total { self.ends(&earning) } else { self.all(false) };
+                let endless = if is_total { self.ends(&earning) } else { self.chain.all(false) };
                 Ok(rests(&idle, 0.0, &endless, f64::INFINITY))
             }
         }
@@ -249,7 +213,7 @@ fn successors(
     let wrong = NodeFault::Successors(taking.position);
     let mut expected: BTreeMap<usize, Ratio> = BTreeMap::new();
     for (to, weight) in arena.outcomes(choice) {
-        *expected.entry(to as usize).or_insert_with(Ratio::zero) += &arena.fractions.list()[weight as usize];
+        *expected.entry(to as usize).or_insert_with(Ratio::zero) += &arena.fractions()[weight as usize];
     }
     let mut found = Vec::new();
     for (to, said) in &taking.successors {

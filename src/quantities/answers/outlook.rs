@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::answers::all_states::{AllStates, MOST_STATES};
+use crate::all_states::{AllStates, MOST_STATES};
 use crate::{Aim, Choose, Chooser, Steps};
 use meliora_base::error::Result;
 use meliora_engine::Engine;

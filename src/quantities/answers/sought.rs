@@ -1,21 +1,12 @@
 //! The number that one operator asks for in some states: the probability of a formula, or a reward until a target.
 
-use crate::answers::path_values::{Answer, Value};
-use crate::answers::vector::{Accumulation, Until, computed, reward_of, until_of};
-use crate::equations::arena::{Arena, Extremes};
-use meliora_base::error::{Limit, Result};
+use meliora_base::error::Result;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
+use meliora_equations::vector::{Accumulation, Asked, MOST_STATES, Until, too_many_states};
+use meliora_equations::{Answer, Arena, Extremes, Value};
 use meliora_model::temporal::{Asks, Condition};
 use meliora_model::{Optimum, Program, State};
-
-/// Maximum number of states with values.
-pub const MOST_STATES: usize = 1 << 20;
-
-/// Returns the limit of [`MOST_STATES`], which no setting raises.
-pub fn too_many_states() -> Limit {
-    Limit::Size { what: format!("more than {MOST_STATES} states to list") }
-}
 
 /// A number that is sought.
 pub enum Sought<'a, S> {
@@ -89,9 +80,8 @@ impl<S> Sought<'_, S> {
             let until = Accumulation::Until(arena.members(engine, target)?);
             let rewards = arena.rewards(engine, structure)?;
             return Ok(Some(Box::new(move |precision| {
-                computed!(precision, f64::INFINITY, N => {
-                    reward_of::<N>(&arena, &rewards, &until, goal, &mut arena.meter()).map(|x| x.selected(&numbers))
-                })
+                let asked = Asked::all(&arena, goal, precision);
+                Asked { states: Some(&numbers), ..asked }.reward(&rewards, &until)
             })));
         }
         let (goal, is_negated) = match (engine.is_game(), self.is_safe()) {
@@ -107,9 +97,8 @@ impl<S> Sought<'_, S> {
         let (end, lost) = if is_negated { (zero, one) } else { (one, zero) };
         let until = Until::unbounded(!lost, end);
         Ok(Some(Box::new(move |precision| {
-            let mut found = computed!(precision, 1.0, N => {
-                until_of::<N>(&arena, &until, goal, &mut arena.meter()).map(|x| x.selected(&numbers))
-            })?;
+            let asked = Asked::all(&arena, goal, precision);
+            let mut found = Asked { states: Some(&numbers), ..asked }.probability(&until)?;
             if is_negated {
                 found.values.iter_mut().for_each(Value::complement);
             }

@@ -1,21 +1,14 @@
 //! The quantities of a finished analysis: probabilities, costs and expected numbers of improvements.
 
-use crate::answers::exploration::Exploration;
-use crate::answers::ties::{self, Solutions, Ties};
-use crate::equations::cost::Cost;
-use crate::equations::game_graph::{Edge, LOST};
-use crate::equations::graph::{Graph, NONE};
-use crate::equations::meter::Meter;
-use crate::equations::places::{Place, Places};
-use crate::equations::system::Quantity;
-use crate::solvers::horizon::Horizon;
-use crate::solvers::part::{self, Missing};
-use crate::solvers::solved::Solved;
+use crate::cost::Cost;
+use crate::exploration::Exploration;
+use crate::places::{Place, Places};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_base::interval::{Bounds, Interval};
 use meliora_base::number::Weight;
 use meliora_engine::Engine;
+use meliora_equations::{Edge, Graph, LOST, Meter, Quantities, Quantity};
 use meliora_model::{Program, State};
 use meliora_planning::{Analysis, Kind};
 
@@ -55,21 +48,6 @@ pub enum Aim {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Node(u32);
 
-#[derive(Debug)]
-pub(crate) enum Numbers {
-    Rounded(Solved<Interval>),
-    Exact(Solved<Ratio>),
-}
-
-macro_rules! on {
-    ($numbers:expr, $solved:ident => $body:expr) => {
-        match $numbers {
-            Numbers::Rounded($solved) => $body,
-            Numbers::Exact($solved) => $body,
-        }
-    };
-}
-
 /// The quantities of the states that some states reach.
 #[derive(Debug)]
 pub struct Values {
@@ -78,31 +56,18 @@ pub struct Values {
     pub(crate) places: Places,
     /// The nodes of the states asked for.
     pub(crate) starts: Vec<u32>,
-    pub(crate) numbers: Numbers,
-    horizon: Option<Horizon>,
-    /// The choices that attain the values in the fewest steps, where they are known.
-    ties: Option<Ties>,
-    /// The nodes that are missing for the values of the states asked for, after a part of the graph.
-    pub(crate) missing: Option<Missing>,
+    pub(crate) found: Quantities,
 }
 
 impl Values {
     /// Creates quantities without results.
     pub fn new(options: ValueOptions) -> Self {
-        let numbers = match options.exact {
-            true => Numbers::Exact(Solved::new(options.levels)),
-            false => Numbers::Rounded(Solved::new(options.levels)),
-        };
-        let (graph, places) = (Graph::default(), Places::default());
         Values {
             options,
-            graph,
-            places,
+            graph: Graph::default(),
+            places: Places::default(),
             starts: Vec::new(),
-            numbers,
-            horizon: None,
-            ties: None,
-            missing: None,
+            found: Quantities::new(options.levels, options.exact),
         }
     }
 
@@ -137,28 +102,9 @@ impl Values {
 
     /// Computes all quantities; after [`Exploration::run_part`], bounds of them. The results before an error are kept.
     pub fn solve<E: Engine>(&mut self, engine: &E) -> Result<()> {
-        self.solve_with(&mut Meter::settled(engine))
-    }
-
-    /// Does the same with a meter. It does not depend on the engine, so it is compiled once.
-    fn solve_with(&mut self, meter: &mut Meter<'_>) -> Result<()> {
+        let mut meter = Meter::settled(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
-        let (graph, levels) = (&self.graph, self.options.levels);
-        let end = on!(&mut self.numbers, solved => {
-            *solved = Solved::new(levels);
-            solved.run(graph, meter)
-        });
-        if let Numbers::Rounded(solved) = &mut self.numbers
-            && graph.frontier > 0
-        {
-            self.missing = Some(part::settle(solved, graph, &self.starts, end.is_ok(), meter)?);
-        }
-        end?;
-        if let Some(steps) = self.options.within {
-            let horizon = self.horizon.insert(Horizon::default());
-            horizon.run(graph, levels, steps, &self.starts, meter)?;
-        }
-        Ok(())
+        self.found.solve(&self.graph, &self.starts, self.options.within, &mut meter)
     }
 
     /// Returns the number of states found, each in its arenas.
@@ -168,7 +114,7 @@ impl Values {
 
     /// Returns whether the values of the states asked for are known: all states that they reach were explored, or enough.
     pub fn is_settled(&self) -> bool {
-        self.graph.frontier == 0 || self.missing.as_ref().is_some_and(|missing| missing.is_narrow)
+        self.found.is_settled(&self.graph)
     }
 
     /// Decides ties between choices that attain P_k or C_k by the least expected number of steps until the
@@ -178,30 +124,16 @@ impl Values {
     /// # Errors
     /// A limit is reached.
     pub fn decide_ties<E: Engine>(&mut self, engine: &E) -> Result<()> {
-        if self.graph.theirs.is_some() {
-            return Ok(());
-        }
-        self.decide_ties_with(&mut Meter::settled(engine))
-    }
-
-    fn decide_ties_with(&mut self, meter: &mut Meter<'_>) -> Result<()> {
-        let Numbers::Rounded(solved) = &mut self.numbers else { return Ok(()) };
+        let mut meter = Meter::settled(engine);
         meter.take(self.graph.bytes() + self.places.bytes())?;
-        let costs = ties::costs(&mut self.graph);
-        let new = &self.graph.fractions()[solved.fractions.len()..];
-        solved.fractions.extend(new.iter().map(Interval::around));
-        let [probability, cost] = solved.by_level();
-        let solutions =
-            Solutions { graph: &self.graph, fractions: &solved.fractions, costs, probability, cost };
-        self.ties = solutions.decide(meter)?;
-        Ok(())
+        self.found.decide_ties(&mut self.graph, &mut meter)
     }
 
     /// Returns the value that the choices attain at level k, as [`Values::probability`].
     pub fn attained_probability(&self, node: Node, k: usize) -> Bounds {
         let mut bounds = self.probability(node, k);
         if (self.graph.rank(node.0).sure as usize) < k {
-            bounds.lose(self.loss(node, k)[0]);
+            bounds.lose(self.found.loss(node.0, k)[0]);
         }
         bounds
     }
@@ -209,15 +141,9 @@ impl Values {
     /// Returns the value that the choices attain at level k, as [`Values::cost`].
     pub fn attained_cost(&self, node: Node, k: usize) -> Option<Bounds> {
         let mut bounds = self.cost(node, k)?;
-        let loss = Interval { lower: 0.0, upper: self.loss(node, k)[1] };
+        let loss = Interval { lower: 0.0, upper: self.found.loss(node.0, k)[1] };
         bounds.interval = bounds.interval.plus(&loss);
         Some(bounds)
-    }
-
-    /// Returns the most that the choices lose of P_k and of C_k.
-    fn loss(&self, node: Node, k: usize) -> [f64; 2] {
-        let ties = self.ties.as_ref().zip(k.checked_sub(1));
-        ties.map_or_else(Default::default, |(ties, index)| ties.loss(node.0, index))
     }
 
     /// Returns the node of a state in an arena, by its position in
@@ -244,16 +170,6 @@ impl Values {
         self.places.state(node.0)
     }
 
-    /// Returns a computed value.
-    fn value(&self, Node(node): Node, quantity: Quantity) -> Option<Bounds> {
-        on!(&self.numbers, solved => solved.value(node, quantity))
-    }
-
-    /// Returns the value if a choice is taken; `None` if it is not permitted.
-    fn value_after(&self, choice: u32, quantity: Quantity) -> Option<Bounds> {
-        on!(&self.numbers, solved => solved.of_choice(&self.graph, quantity, choice))
-    }
-
     /// Returns P_k, the greatest probability of k improvements.
     pub fn probability(&self, node: Node, k: usize) -> Bounds {
         let rank = self.graph.rank(node.0);
@@ -263,7 +179,7 @@ impl Values {
         if rank.sure as usize >= k {
             return Bounds::point(1);
         }
-        let known = self.value(node, Quantity::Probability(k as u32));
+        let known = self.found.value(node.0, Quantity::Probability(k as u32));
         let known = known.filter(|_| !self.graph.is_frontier(node.0));
         known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
     }
@@ -273,18 +189,18 @@ impl Values {
         if k == 0 {
             return Some(Bounds::point(0));
         }
-        let known = || self.value(node, Quantity::Cost(k as u32));
+        let known = || self.found.value(node.0, Quantity::Cost(k as u32));
         let is_sure = self.graph.rank(node.0).sure as usize >= k;
         is_sure.then(|| known().unwrap_or_else(|| Bounds::any(f64::INFINITY)))
     }
 
     /// Returns N, the largest expected number of improvements.
     pub fn number(&self, node: Node) -> Bounds {
-        let is_game = self.graph.theirs.is_some();
+        let is_game = self.graph.is_game();
         if self.graph.rank(node.0).positive <= u32::from(!is_game) && self.options.levels > 0 {
             return self.probability(node, 1);
         }
-        let known = self.value(node, Quantity::Number);
+        let known = self.found.value(node.0, Quantity::Number);
         let known = known.filter(|_| !self.graph.is_frontier(node.0));
         known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
     }
@@ -292,7 +208,7 @@ impl Values {
     /// Returns P_k^0, P_k^1, …, the greatest probabilities of k improvements within 0, 1, … steps, as
     /// far as they are known; lower bounds with an error of some 1e-16 per step.
     pub fn within(&self, node: Node, k: usize) -> Option<&[f64]> {
-        self.horizon.as_ref()?.curve(node.0, k)
+        self.found.curve(node.0, k)
     }
 
     /// Returns the values of the kept choices of a state at level k, those that are best first: the
@@ -302,11 +218,11 @@ impl Values {
             return Vec::new();
         }
         let probability = |choice: u32| {
-            let known = self.value_after(choice, Quantity::Probability(k as u32));
+            let known = self.found.of_choice(&self.graph, Quantity::Probability(k as u32), choice);
             known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
         };
         let value = |choice: u32| {
-            let cost = self.value_after(choice, Quantity::Cost(k as u32));
+            let cost = self.found.of_choice(&self.graph, Quantity::Cost(k as u32), choice);
             // A choice that keeps the improvements certain has the probability 1 without rounding.
             let probability = if cost.is_some() { Bounds::point(1) } else { probability(choice) };
             let position = self.graph.position(choice);
@@ -340,18 +256,11 @@ impl Values {
     }
 
     fn pick(&self, node: u32, k: usize, aim: Aim) -> Option<u32> {
-        let index = k.checked_sub(1)?;
-        let rank = self.graph.rank(node);
-        let choice = match (aim, &self.ties) {
-            (Aim::Likely, Some(ties)) if rank.positive as usize >= k => ties.pick(node, index),
-            (Aim::Cheap, Some(ties)) if rank.sure as usize >= k => ties.pick(node, index),
-            _ if rank.sure as usize >= k => {
-                on!(&self.numbers, s => s.get(Quantity::Cost(k as u32))?.pick(node))
-            }
-            (Aim::Likely, _) => on!(&self.numbers, s => s.get(Quantity::Probability(k as u32))?.pick(node)),
-            (Aim::Cheap, _) => NONE,
+        let quantity = match aim {
+            Aim::Likely => Quantity::Probability(k as u32),
+            Aim::Cheap => Quantity::Cost(k as u32),
         };
-        (choice != NONE).then_some(choice)
+        self.found.pick(&self.graph, quantity, node)
     }
 
     /// Returns the number of improvements that a strategy aims at from a node: the greatest k, at most

@@ -7,14 +7,14 @@ use super::{Evaluator, listed};
 use crate::answer::{ASK_QUALITATIVELY, NEITHER};
 use meliora_base::error::Result;
 use meliora_engine::Engine;
+use meliora_equations::Value;
+use meliora_equations::vector::{Asked, Until};
+use meliora_equations::{Arena, Extremes, Members};
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Measure, Measured, Path, Single, Step, Term, TermKind};
 use meliora_model::Program;
 use meliora_quantities::actions::{StateActions, actions, indicator};
-use meliora_quantities::equations::arena::{Arena, Extremes, Members};
-use meliora_quantities::path_values::Value;
 use meliora_quantities::sought::Sought;
-use meliora_quantities::vector::{self, Until};
 
 /// The probability of a formula after each action of each state.
 #[derive(Debug)]
@@ -117,7 +117,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         }
         // The action is one of the steps.
         let until = Until { left, right, least: 0, most: most.map(|most| most - 1) };
-        let found = vector::probability(arena, &until, goal, precision)?;
+        let found = Asked::all(arena, goal, precision).probability(&until)?;
         found.end?;
         Ok((After { values: found.values, decided }, most))
     }

@@ -4,14 +4,14 @@ use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::value::EvalError;
 use meliora_engine::Engine;
+use meliora_equations::vector::{Accumulation, Until};
+use meliora_equations::{Arena, Extremes, Members, Rewards};
 use meliora_lang::ast::BinaryOp;
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Single, Step, Term};
 use meliora_model::temporal::{Asks, Condition};
 use meliora_model::{Program, State};
-use meliora_quantities::equations::arena::{Arena, Extremes, Members, Rewards};
 use meliora_quantities::optimal::{Accepting, Aim, Optimal, attained, optimal};
-use meliora_quantities::vector::{Accumulation, Until};
 use num_traits::Zero;
 
 use super::chain::PolicyNodes;

@@ -11,6 +11,7 @@ use ahash::{AHashMap, AHashSet};
 use meliora_base::error::Result;
 use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_base::value::{Type, Value};
+use meliora_equations::several::Taking;
 use meliora_model::expr::{Binary, ExprId, ExprPool};
 use meliora_model::rewards::{Earner, RewardItem, RewardStructure};
 use meliora_model::step::{Choice, Step};
@@ -18,7 +19,6 @@ use meliora_model::{
     Branch, Command, CommandId, ModelKind, Program, State, Synchronisation, Updates, VarId, Variable, fault,
 };
 use meliora_quantities::optimal::Nodes;
-use meliora_quantities::several::Taking;
 use meliora_space::enabled::Enabled;
 
 use super::condition::condition_of;

@@ -8,13 +8,13 @@ use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_base::random::Draw;
 use meliora_engine::Engine;
+use meliora_equations::Arena;
+use meliora_equations::Value;
+use meliora_equations::several::{Counted, Node};
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Term, TermKind};
 use meliora_model::State;
-use meliora_quantities::equations::arena::Arena;
 use meliora_quantities::followed::{Followed, NodeFault, misremembered};
-use meliora_quantities::path_values::Value;
-use meliora_quantities::several::{Counted, Node};
 use meliora_quantities::{Bounds, Interval};
 
 /// The objectives of a property `multi(…)` in the only initial state.

@@ -5,8 +5,8 @@ use std::cmp::Ordering;
 use meliora_base::exact::{self, Exact, Ratio, Real};
 use meliora_base::interval::{Bounds, Interval};
 use meliora_base::value::{Binary, EvalError, Unary};
+use meliora_equations::Value;
 use meliora_lang::ast::{BinaryOp, Function};
-use meliora_quantities::path_values::Value;
 
 /// A number between two bounds, and the number itself if it is known exactly.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,16 +12,16 @@ use meliora_base::exact::{Exact, Ratio, Real};
 use meliora_base::value::EvalError;
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
+use meliora_equations::Answer;
+use meliora_equations::vector::{Accumulation, Asked, Until};
+use meliora_equations::{Arena, Extremes};
 use meliora_lang::ast::BinaryOp;
 use meliora_lang::property::Optimum;
 use meliora_lang::property::term::{Accumulated, Path, Single, Step, Term};
 use meliora_model::State;
 use meliora_model::property::Rewards;
 use meliora_model::temporal::{Asks, Condition};
-use meliora_quantities::equations::arena::{Arena, Extremes};
-use meliora_quantities::path_values::Answer;
 use meliora_quantities::sought::{Compute, Sought};
-use meliora_quantities::vector::{self, Accumulation, Until};
 use num_traits::{Signed, ToPrimitive, Zero};
 
 impl<E: Engine> Evaluator<'_, '_, E> {
@@ -88,7 +88,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             Step::Next(target) => {
                 let target = self.states(target, &all)?;
                 self.in_arena(asked, None, |arena, engine| {
-                    vector::next(arena, &arena.members(engine, &target)?, goal, asked.precision)
+                    Asked::all(arena, goal, asked.precision).next(&arena.members(engine, &target)?)
                 })?
             }
             Step::Until { left, right, least, most } => {
@@ -99,7 +99,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 self.in_arena(asked, decided.as_ref(), |arena, engine| {
                     let (left, right) = (arena.members(engine, &through)?, arena.members(engine, &target)?);
                     let until = Until { left, right, least: *least, most: *most };
-                    vector::probability(arena, &until, goal, asked.precision)
+                    Asked::all(arena, goal, asked.precision).probability(&until)
                 })?
             }
         };
@@ -175,7 +175,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let states = self.states(states, &self.engine.all_states())?;
         let goal = goal(asked.measured.optimum, self.engine.is_game());
         self.in_arena(asked, None, |arena, engine| {
-            vector::long_run(arena, &arena.members(engine, &states)?, goal, asked.precision)
+            Asked::all(arena, goal, asked.precision).long_run(&arena.members(engine, &states)?)
         })
     }
 
@@ -200,7 +200,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                     let target = arena.members(engine, &target)?;
                     let kept = if is_lost { Accumulation::IfReached } else { Accumulation::Anyway };
                     let rewards = arena.rewards(engine, structure)?;
-                    vector::reward(arena, &rewards, &kept(target), goal, asked.precision)
+                    Asked::all(arena, goal, asked.precision).reward(&rewards, &kept(target))
                 });
             }
             Accumulated::At(steps) => (Accumulation::At(*steps), Some(1)),
@@ -230,7 +230,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             };
             // The difference is as exact as both numbers.
             let scale = 1.0 + least.abs().to_f64().unwrap_or(f64::MAX);
-            vector::reward(arena, &rewards, accumulation, goal, asked.precision / scale)
+            Asked::all(arena, goal, asked.precision / scale).reward(&rewards, accumulation)
         })?;
         if least.is_zero() {
             return Ok(found);
@@ -263,7 +263,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 let goal = goal(asked.measured.optimum, true);
                 self.in_arena(asked, Some(&target), |arena, engine| {
                     let until = Accumulation::Until(arena.members(engine, &target)?);
-                    vector::reward(arena, &arena.rewards(engine, structure)?, &until, goal, asked.precision)
+                    Asked::all(arena, goal, asked.precision)
+                        .reward(&arena.rewards(engine, structure)?, &until)
                 })
             }
             Some(Single { negated, step: Step::Now(now) }) => {
@@ -301,7 +302,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let until = Accumulation::Until(arena.members(engine, &accepted)?);
         let goal = goal(asked.measured.optimum, self.engine.is_game());
         let rewards = arena.rewards(engine, structure)?;
-        selected(vector::reward(&arena, &rewards, &until, goal, asked.precision)?, &numbers)
+        selected(Asked::all(&arena, goal, asked.precision).reward(&rewards, &until)?, &numbers)
     }
 }
 

@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 use meliora_base::error::{Error, Result};
 use meliora_base::random::Draw;
 use meliora_base::value::Value;
+use meliora_equations::bottoms;
 use meliora_lang::property::term::{Accumulated, Measure, Step, Term, TermKind};
 use meliora_model::Program;
 use meliora_model::predicate::Predicate;
 use meliora_model::temporal::Disjunct;
-use meliora_quantities::optimal::bottoms;
 use num_traits::{ToPrimitive, Zero};
 
 use super::aims::target;

@@ -6,11 +6,11 @@ use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::interval::Interval;
 use meliora_engine::Engine;
+use meliora_equations::several::{Counted, Node, Objective, Part, Several, mixed, several};
+use meliora_equations::{Arena, Members, Rewards};
 use meliora_lang::property::term::{Accumulated, Measure, Measured, Path, Single, Step, Term, TermKind};
 use meliora_lang::property::{Inequality, Optimum};
 use meliora_model::State;
-use meliora_quantities::equations::arena::{Arena, Members, Rewards};
-use meliora_quantities::several::{Counted, Node, Objective, Part, Several, mixed, several};
 
 /// The sets and rewards of an objective in an arena.
 enum Of {

@@ -1,6 +1,6 @@
 //! The cells and rows of `values.csv`, also together with sets that the dump does not need.
 
-use meliora::dump::bounds::{Bounds, Number, Row};
+use meliora::dump::bounds::{Bound, Bounds, Row};
 use meliora::dump::manifest::{Root, RootKind};
 use meliora::dump::write_directory;
 
@@ -10,8 +10,8 @@ use crate::dumps::shop::sealed;
 use crate::dumps::values::{Case, example};
 use crate::dumps::values_of_games::{CYCLES, GOALS};
 
-fn double(x: f64) -> Number {
-    Number::Double(x)
+fn double(x: f64) -> Bound {
+    Bound::Double(x)
 }
 
 fn between(lower: f64, upper: f64, rank: u32) -> Bounds {
@@ -132,9 +132,9 @@ fn cases() -> Vec<Case> {
 }
 
 /// Other numbers in a cell with a bound.
-fn numbers(old: &Number) -> Vec<Number> {
+fn numbers(old: &Bound) -> Vec<Bound> {
     let some = [0.0, 1.0, 0.5, f64::INFINITY].map(double).into_iter();
-    some.chain([Number::from(Ratio::new(1.into(), 6.into()))]).filter(|new| new != old).collect()
+    some.chain([Bound::from(Ratio::new(1.into(), 6.into()))]).filter(|new| new != old).collect()
 }
 
 /// The bounds of a quantity of a row.

@@ -10,13 +10,9 @@ use meliora_model::Optimum;
 
 use super::equations::{Equations, Means, rounding};
 use super::{Choices, Optimal};
-use crate::equations::arena::{Arena, Extremes, Rewards};
-use crate::equations::graph::NONE;
-use crate::equations::meter::Meter;
-use crate::solvers::components::{EndComponents, end_components};
-use crate::solvers::long_run::{PART, WIDTH};
-use crate::vector::{self, Accumulation};
 use meliora_base::interval::Interval;
+use meliora_equations::vector::{Accumulation, Asked};
+use meliora_equations::{AVERAGE_WIDTH, Arena, EndComponents, Extremes, Meter, NONE, Rewards, SWEEP_PART};
 
 /// Returns the strategy of a long-run average.
 pub(super) fn optimal(
@@ -25,14 +21,14 @@ pub(super) fn optimal(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let values = vector::reward(arena, rewards, &Accumulation::LongRun, goal, precision)?.bounds()?;
+    let values = Asked::all(arena, goal, precision).reward(rewards, &Accumulation::LongRun)?.bounds()?;
     let mut meter = arena.meter();
-    let found = end_components(&arena.choices, &mut meter)?;
+    let found = arena.choices.end_components(&mut meter)?;
     let staying = Staying { means: Means::new(arena, Some(rewards)), found, optimum: goal.ours };
     let (choices, averages) = staying.found(&mut meter)?;
     let is_near = |own: f64, value: &Interval| match goal.ours {
-        Optimum::Max => own >= value.lower - WIDTH * value.lower.abs(),
-        Optimum::Min => own <= value.upper + WIDTH * value.upper.abs(),
+        Optimum::Max => own >= value.lower - AVERAGE_WIDTH * value.lower.abs(),
+        Optimum::Min => own <= value.upper + AVERAGE_WIDTH * value.upper.abs(),
     };
     let stay: BitVec =
         averages.iter().zip(&values).map(|(own, x)| own.is_some_and(|own| is_near(own, x))).collect();
@@ -92,7 +88,7 @@ impl Staying<'_> {
                 meter.step()?;
                 let change = self.best(state, x).1 - x[state as usize];
                 (least, most) = (least.min(change), most.max(change));
-                next.push(PART.mul_add(change, x[state as usize]));
+                next.push(SWEEP_PART.mul_add(change, x[state as usize]));
             }
             let (width, average) = (most - least, f64::midpoint(least, most));
             let first = next.first().copied().unwrap_or_default();

@@ -5,13 +5,8 @@ use meliora_base::error::Result;
 use num_traits::ToPrimitive;
 
 use super::Choices;
-use crate::equations::arena::{Arena, Extremes, Rewards};
-use crate::equations::graph::NONE;
-use crate::equations::meter::Meter;
-use crate::solvers::components::end_components_of;
-use crate::solvers::sides::Sides;
 use meliora_base::interval::Interval;
-use meliora_model::Optimum;
+use meliora_equations::{Arena, Extremes, Meter, NONE, Rewards};
 
 /// The choices of an arena as sums of doubles.
 pub(super) struct Means<'a> {
@@ -121,7 +116,7 @@ impl<'a> Equations<'a> {
         let kept = self.kept(meter)?;
         let gains: Option<BitVec> =
             earns.then(|| (0..kept.len()).map(|choice| self.means.gain(choice) > 0.0).collect());
-        let mut choices = toward(self.arena, &kept, over, gains.as_ref());
+        let mut choices = self.arena.toward(&kept, over, gains.as_ref(), meter)?;
         let open = (0..).zip(&mut choices).filter(|(_, choice)| **choice == NONE);
         for (state, choice) in open.filter(|(state, _)| !self.arena.is_theirs(*state)) {
             let first = self.arena.choices.of(state).find(|&choice| kept[choice]);
@@ -133,44 +128,23 @@ impl<'a> Equations<'a> {
     /// Returns choices that earn again and again with positive probability, in models of one player.
     pub(super) fn earning_again(&self, rewards: &Rewards, target: &BitVec) -> Result<Choices> {
         let mut meter = self.arena.meter();
-        let owner = self.arena.choices.reversed().owner;
+        let owner = self.arena.choices.owners();
         let stays = |choice: usize| {
             let all = self.arena.choices.successors(choice);
             !target[owner[choice] as usize] && all.iter().all(|&to| !target[to as usize])
         };
         let inside = (0..owner.len()).map(stays).collect();
-        let found = end_components_of(&self.arena.choices, inside, &mut meter)?;
+        let found = self.arena.choices.end_components_among(inside, &mut meter)?;
         let (kept, nowhere): (BitVec, _) =
             (found.inside.iter().collect(), BitVec::repeat(false, self.arena.states()));
         let gains = (0..kept.len()).map(|choice| kept[choice] && !rewards.is_free(choice)).collect();
-        let mut choices = toward(self.arena, &kept, &nowhere, Some(&gains));
+        let mut choices = self.arena.toward(&kept, &nowhere, Some(&gains), &mut meter)?;
         let earning: BitVec = choices.iter().map(|&choice| choice != NONE).collect();
         let all = BitVec::repeat(true, owner.len());
-        let outside = toward(self.arena, &all, &earning, None);
+        let outside = self.arena.toward(&all, &earning, None, &mut meter)?;
         for (own, outside) in choices.iter_mut().zip(outside).filter(|(own, _)| **own == NONE) {
             *own = outside;
         }
         Ok(choices)
     }
-}
-
-/// Returns for each of our states outside of `target` a permitted choice that may lead nearer to it, or that is one of
-/// `leading`, in the fewest steps; [`NONE`] where there is none, and where the opponent can prevent it. Cost: linear.
-pub(super) fn toward(
-    arena: &Arena<'_>,
-    permitted: &BitVec,
-    target: &BitVec,
-    leading: Option<&BitVec>,
-) -> Choices {
-    let everywhere = BitVec::repeat(true, arena.states());
-    let ours = arena.maximisers(Extremes::against(Optimum::Max));
-    let reversed = arena.choices.reversed();
-    let sides = Sides { choices: &arena.choices, maximisers: &ours, allowed: permitted, reversed };
-    let mut choices = vec![NONE; arena.states()];
-    sides.attracted_by(target, &everywhere, (permitted, leading), |state, choice| {
-        if ours[state] {
-            choices[state] = choice as u32;
-        }
-    });
-    choices
 }

@@ -21,20 +21,17 @@ mod nodes;
 mod rounds;
 mod steps;
 
-use std::sync::Arc;
-
 use bitvec::vec::BitVec;
 use meliora_base::error::{Error, Result};
 use meliora_model::Optimum;
 
-pub use self::attained::{attained, bottoms};
+pub use self::attained::attained;
 use self::equations::Equations;
 pub use self::nodes::Nodes;
 use self::rounds::Rounds;
-use crate::equations::arena::{Arena, Extremes, Rewards};
-use crate::equations::graph::NONE;
-use crate::vector::{self, Accumulation, Until};
 use meliora_base::interval::Interval;
+use meliora_equations::vector::{Accumulation, Asked, Until};
+use meliora_equations::{Arena, Extremes, NONE, Rewards, Stage};
 
 /// The number whose optimum is wanted.
 pub enum Aim<'a> {
@@ -62,7 +59,7 @@ pub struct Optimal {
     /// The values of the states.
     pub values: Vec<Interval>,
     /// The choices by the number of steps so far.
-    stages: Vec<Arc<Choices>>,
+    stages: Vec<Stage>,
     /// The choices after these steps; `None` if the path is decided then.
     rest: Option<Choices>,
     rounds: Option<Rounds>,
@@ -86,7 +83,7 @@ impl Optimal {
 /// fractions. Cost: that of the values, and some passes over the arena; of a bound, one pass per step.
 ///
 /// # Errors
-/// The errors of [`vector::probability`] and [`vector::reward`]; the choices of all steps do not fit into the memory.
+/// The errors of [`Asked::probability`] and [`Asked::reward`]; the choices of all steps do not fit into the memory.
 pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64) -> Result<Optimal> {
     match aim {
         Aim::Until(until) if until.least > 0 || until.most.is_some() => {
@@ -95,8 +92,9 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
         Aim::Until(until) => reached(arena, until, goal, precision),
         Aim::Recur(all) => recurring(arena, all, goal, precision),
         Aim::Reward(rewards, accumulation) => match accumulation {
-            Accumulation::Within(count) => steps::rewards(arena, rewards, (*count, true), goal, precision),
-            Accumulation::At(count) => steps::rewards(arena, rewards, (*count, false), goal, precision),
+            Accumulation::Within(_) | Accumulation::At(_) => {
+                steps::rewards(arena, rewards, accumulation, goal, precision)
+            }
             Accumulation::LongRun => average::optimal(arena, rewards, goal, precision),
             Accumulation::IfReached(_) => {
                 let message = "strategies for `F0` depend on the reward so far, and are not supported: ask for `Fc`, or \
@@ -116,7 +114,7 @@ pub fn optimal(arena: &Arena<'_>, aim: &Aim<'_>, goal: Extremes, precision: f64)
 
 /// Returns the strategy of an until formula without bounds.
 fn reached(arena: &Arena<'_>, until: &Until, goal: Extremes, precision: f64) -> Result<Optimal> {
-    let values = vector::probability(arena, until, goal, precision)?.bounds()?;
+    let values = Asked::all(arena, goal, precision).probability(until)?.bounds()?;
     let choices = choices_to_reach(arena, until, goal, &values)?;
     let is_end = |state: usize| until.right[state] || !until.left[state];
     Ok(Optimal::memoryless(values, choices, (0..arena.states()).map(is_end).collect()))
@@ -154,23 +152,26 @@ fn earned(
     goal: Extremes,
     precision: f64,
 ) -> Result<Optimal> {
-    let values = vector::reward(arena, rewards, accumulation, goal, precision)?.bounds()?;
+    let values = Asked::all(arena, goal, precision).reward(rewards, accumulation)?.bounds()?;
     let equations = Equations::new(arena, goal, &values, Some(rewards));
-    let is_until = matches!(accumulation, Accumulation::Until(_));
-    let is_over = |state: usize| target[state] || !is_until && values[state].upper == 0.0;
-    let over: BitVec = (0..arena.states()).map(is_over).collect();
-    let mut choices = equations.progressing(&over, !is_until, &mut arena.meter())?;
-    if goal.ours == Optimum::Max && values.iter().any(|value| value.lower.is_infinite()) {
-        let endless = if is_until {
-            // An infinite reward is attained by paths that miss the target.
-            let left = BitVec::repeat(true, arena.states());
-            let until = Until::unbounded(left, target.clone());
-            reached(arena, &until, goal.opposite(), precision)?.rest.unwrap_or_default()
-        } else {
-            equations.earning_again(rewards, target)?
-        };
-        let infinite = (0..arena.states()).filter(|&state| values[state].lower.is_infinite());
-        infinite.filter(|&state| endless[state] != NONE).for_each(|state| choices[state] = endless[state]);
+    let is_infinite = |value: &Interval| goal.ours == Optimum::Max && value.lower.is_infinite();
+    let is_endless = values.iter().any(is_infinite);
+    let (mut choices, endless) = if let Accumulation::Until(_) = accumulation {
+        // An infinite reward is attained by paths that miss the target.
+        let until = Until::unbounded(BitVec::repeat(true, arena.states()), target.clone());
+        let missing = || reached(arena, &until, goal.opposite(), precision);
+        let choices = equations.progressing(target, false, &mut arena.meter())?;
+        (choices, is_endless.then(missing).transpose()?.and_then(|missing| missing.rest))
+    } else {
+        let is_over = |state: usize| target[state] || values[state].upper == 0.0;
+        let over: BitVec = (0..arena.states()).map(is_over).collect();
+        let choices = equations.progressing(&over, true, &mut arena.meter())?;
+        (choices, is_endless.then(|| equations.earning_again(rewards, target)).transpose()?)
+    };
+    for (state, endless) in endless.into_iter().flatten().enumerate() {
+        if is_infinite(&values[state]) && endless != NONE {
+            choices[state] = endless;
+        }
     }
     Ok(Optimal::memoryless(values, choices, target.clone()))
 }

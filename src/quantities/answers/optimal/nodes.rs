@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use ahash::AHashMap;
-use bitvec::vec::BitVec;
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_model::State;
@@ -11,12 +10,8 @@ use meliora_space::enabled::Enabled;
 use meliora_space::weighted::Codec;
 
 use super::Optimal;
-use crate::equations::arena::Arena;
-use crate::equations::game_graph::{Edge, GameGraph};
-use crate::equations::graph::NONE;
-use crate::equations::narrow::Narrow;
-use crate::several::Taking;
-use crate::solvers::strategy::shared;
+use meliora_equations::several::Taking;
+use meliora_equations::{Arena, Builder, Edge, GameGraph, NONE, Narrow};
 
 /// The states that a strategy visits, each with its memory; those in which paths start come first.
 #[derive(Debug)]
@@ -105,16 +100,15 @@ impl Optimal {
         }
         let mut nodes = Nodes {
             keys: Vec::new(),
-            game: GameGraph { fractions: arena.fractions.clone(), ..GameGraph::default() },
+            game: GameGraph::default(),
             numbers: Vec::new(),
             positions: Narrow::default(),
-            fractions: shared(arena),
+            fractions: arena.fractions().iter().cloned().map(Arc::new).collect(),
             codes: Vec::new(),
             codec: arena.codec().clone(),
             kept: arena.kept_choices().map(|kept| (Arc::clone(kept), Vec::new())),
         };
-        nodes.game.theirs = arena.theirs.as_ref().map(|_| BitVec::new());
-        let mut next = 0;
+        let (mut builder, mut next) = (Builder::new(arena), 0);
         while let Some(&key) = found.keys.get(next) {
             next += 1;
             nodes.codes.extend_from_slice(arena.code(key.state as usize));
@@ -122,7 +116,6 @@ impl Optimal {
                 lists.push(list);
             }
             let is_theirs = arena.is_theirs(key.state);
-            nodes.game.theirs.iter_mut().for_each(|theirs| theirs.push(is_theirs));
             let taken = match self.is_decided(key) {
                 true => 0..0,
                 false if is_theirs => arena.choices.of(key.state),
@@ -135,15 +128,15 @@ impl Optimal {
             for choice in taken {
                 for (to, weight) in arena.outcomes(choice) {
                     let to = found.number(self.key((Some(key), steps), to))?;
-                    nodes.game.add_edge(Edge::new(to, weight, false));
+                    builder.edge(Edge::new(to, weight, false));
                 }
-                nodes.game.end_choice();
+                builder.end_choice(Ratio::default());
                 nodes.numbers.push(choice as u32);
                 nodes.positions.push(arena.position(choice) as u32);
             }
-            nodes.game.end_node();
+            builder.end_state(is_theirs);
         }
-        nodes.keys = found.keys;
+        (nodes.keys, nodes.game) = (found.keys, builder.built().0);
         Ok(nodes)
     }
 

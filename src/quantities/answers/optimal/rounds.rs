@@ -3,11 +3,8 @@
 use bitvec::vec::BitVec;
 use meliora_base::error::Result;
 
-use super::equations::toward;
 use super::{Accepting, Choices};
-use crate::equations::arena::Arena;
-use crate::equations::graph::NONE;
-use crate::solvers::components::end_components_of;
+use meliora_equations::{Arena, NONE};
 
 /// End components in which a condition can be kept, with the choices that visit its sets one after the other.
 pub(super) struct Rounds {
@@ -42,7 +39,8 @@ impl Rounds {
             };
             inside.extend(arena.choices.of(state as u32).map(stays));
         }
-        let found = end_components_of(&arena.choices, inside, &mut arena.meter())?;
+        let mut meter = arena.meter();
+        let found = arena.choices.end_components_among(inside, &mut meter)?;
         let stays = |state: usize| arena.choices.of(state as u32).any(|choice| found.inside[choice]);
         let mut meets = vec![0u64; found.count];
         for (number, set) in again.iter().enumerate() {
@@ -70,7 +68,8 @@ impl Rounds {
             if self.choices.len() == number {
                 self.choices.push(vec![NONE; arena.states()]);
             }
-            let nearer = again.get(number).map(|set| toward(arena, &kept, set, None));
+            let nearer =
+                again.get(number).map(|set| arena.toward(&kept, set, None, &mut meter)).transpose()?;
             for state in (0..arena.states()).filter(|&state| own(state)) {
                 let nearer = nearer.as_ref().map(|all| all[state]).filter(|&choice| choice != NONE);
                 let first = || arena.choices.of(state as u32).find(|&choice| kept[choice]);
