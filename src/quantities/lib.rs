@@ -61,13 +61,24 @@
 //! # Ok::<(), meliora_base::error::Error>(())
 //! ```
 
-mod answers;
+pub mod actions;
+pub mod all_states;
+pub mod by_goal;
+mod chain;
+pub mod choose;
+pub mod confirmed;
+pub mod cost;
+pub mod exploration;
+mod explore;
+mod facts;
+pub mod followed;
+pub mod optimal;
+pub mod outlook;
+mod places;
+pub mod sought;
+pub mod state_values;
+pub mod values;
 
-pub use answers::{
-    actions, all_states, by_goal, choose, confirmed, cost, exploration, followed, optimal, outlook, sought,
-    state_values, values,
-};
-use answers::{chain, explore, facts, places};
 pub use choose::{Achiever, Choose, Chooser, ValuedRule};
 pub use cost::{Cost, Earned, Steps};
 pub use exploration::Exploration;
