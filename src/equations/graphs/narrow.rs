@@ -7,7 +7,7 @@ pub enum Narrow {
     Same {
         /// The number.
         number: u32,
-        /// How often it is in the list.
+        /// The length of the list.
         count: usize,
     },
     /// Numbers of one byte.

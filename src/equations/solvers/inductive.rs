@@ -19,18 +19,16 @@
 use std::collections::VecDeque;
 
 use ahash::AHashSet;
-use bitvec::vec::BitVec;
 use num_traits::{One, Zero};
 
-use crate::graphs::game_graph::{Edge, LOST, opposite};
+use crate::graphs::game_graph::{Edge, LOST};
 use crate::graphs::graph::{Graph, NONE};
 use crate::graphs::meter::{Meter, Stop};
 use crate::solvers::groups::Groups;
 use crate::solvers::solution::Solution;
-use crate::solvers::solved::Solved;
 use crate::solvers::system::{Fixed, Quantity, System};
 use meliora_base::bound::{Bound, MOST_BITS};
-use meliora_base::error::{Error, Result};
+use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_base::interval::Interval;
 use meliora_model::Optimum;
@@ -40,7 +38,7 @@ const FEW: usize = 100;
 
 /// The side of a bound.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Side {
+pub(crate) enum Side {
     Lower,
     Upper,
 }
@@ -52,7 +50,7 @@ impl Side {
     }
 
     /// Returns the side of the bounds that need ranks.
-    fn ranked(quantity: Quantity) -> Self {
+    pub(crate) fn ranked(quantity: Quantity) -> Self {
         if matches!(quantity, Quantity::Probability(_)) { Side::Lower } else { Side::Upper }
     }
 }
@@ -68,95 +66,25 @@ pub struct Inductive {
     rounded: Solution<Interval>,
 }
 
-/// Bounds of P_k and C_k that one step confirms.
-#[derive(Debug)]
-pub struct Confirmed {
-    /// The lower and upper bounds of P_1, P_2, …
-    pub probabilities: Vec<[Inductive; 2]>,
-    /// The lower and upper bounds of C_1, C_2, …
-    pub costs: Vec<[Inductive; 2]>,
-}
-
-/// Widens the bounds of P_k and C_k where one step does not confirm them. Cost: that of the solver, and one exact step per
-/// choice and bound.
-///
-/// # Errors
-/// A limit is reached.
-pub(crate) fn confirmed(
-    solved: &Solved<Interval>,
-    graph: &Graph,
-    shows_ones: bool,
-    meter: &mut Meter<'_>,
-) -> Result<Confirmed> {
-    let mut all = |quantity: fn(u32) -> Quantity, solutions: &[Solution<Interval>]| {
-        let mut found: Vec<[Inductive; 2]> = Vec::new();
-        for (k, solution) in (1..).zip(solutions) {
-            let mut side = |side: Side| {
-                let below =
-                    found.last().map(|[lower, upper]| if side == Side::Lower { lower } else { upper });
-                let (quantity, fractions) = (quantity(k), &*solved.fractions);
-                let fixed = fixed(graph, (quantity, side), solution, meter)?;
-                let fixed = fixed.as_ref();
-                let wanted = Wanted { graph, quantity, side, below, fractions, shows_ones, fixed };
-                let found = wanted.find(meter);
-                meter.release(fixed.map_or(0, |fixed| fixed.choices.len() / 8));
-                found
-            };
-            let pair = [side(Side::Lower)?, side(Side::Upper)?];
-            found.push(pair);
-        }
-        Ok::<_, Error>(found)
-    };
-    let [probability, cost] = solved.by_level();
-    Ok(Confirmed {
-        probabilities: all(Quantity::Probability, probability)?,
-        costs: all(Quantity::Cost, cost)?,
-    })
-}
-
-/// Fixes the choices of one side of a game to those that attain its values: ours for the bounds that need ranks, else the
-/// opponent's. Returns `None` without an opponent.
-fn fixed(
-    graph: &Graph,
-    (quantity, side): (Quantity, Side),
-    solution: &Solution<Interval>,
-    meter: &mut Meter<'_>,
-) -> Result<Option<Fixed>> {
-    if graph.theirs.is_none() {
-        return Ok(None);
-    }
-    meter.take(graph.choices_in_all() / 8)?;
-    let is_ours = side == Side::ranked(quantity);
-    let mut choices = BitVec::repeat(true, graph.choices_in_all());
-    for node in (0..graph.nodes() as u32).filter(|&node| graph.is_theirs(node) != is_ours) {
-        let pick = solution.pick(node);
-        if pick != NONE {
-            graph.choices(node).for_each(|choice| choices.set(choice as usize, choice == pick));
-        }
-    }
-    let leader = quantity.leader();
-    Ok(Some(Fixed { choices, optimum: if is_ours { opposite(leader) } else { leader } }))
-}
-
 /// The bounds of one quantity from one side that are wanted.
-struct Wanted<'a> {
-    graph: &'a Graph,
-    quantity: Quantity,
-    side: Side,
+pub(crate) struct Wanted<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) quantity: Quantity,
+    pub(crate) side: Side,
     /// The bounds of the level below.
-    below: Option<&'a Inductive>,
+    pub(crate) below: Option<&'a Inductive>,
     /// The fractions of the graph.
-    fractions: &'a [Interval],
+    pub(crate) fractions: &'a [Interval],
     /// True if it must be shown where the probability is 1.
-    shows_ones: bool,
+    pub(crate) shows_ones: bool,
     /// In a game, the side whose choices are fixed.
-    fixed: Option<&'a Fixed>,
+    pub(crate) fixed: Option<&'a Fixed>,
 }
 
 impl Wanted<'_> {
     /// Computes the bounds. Cost: that of the solver for components of more than one state, and one
     /// exact step per choice.
-    fn find(&self, meter: &mut Meter<'_>) -> Result<Inductive> {
+    pub(crate) fn find(&self, meter: &mut Meter<'_>) -> Result<Inductive> {
         let system = self.system();
         let rounded = system.start(meter)?;
         let n = self.graph.nodes();
@@ -245,7 +173,7 @@ impl Waiting {
     }
 
     /// Notes that a choice of a node enters a rank; returns the greatest rank that its choices enter if all do.
-    fn ranked(&mut self, node: usize, choice: u32, rank: u32) -> Option<u32> {
+    pub(crate) fn ranked(&mut self, node: usize, choice: u32, rank: u32) -> Option<u32> {
         if !self.done.insert(choice) {
             return None;
         }

@@ -7,11 +7,11 @@ use meliora_base::interval::{Bounds, Interval};
 use crate::graphs::graph::{Graph, NONE};
 use crate::graphs::meter::Meter;
 use crate::solvers::horizon::Horizon;
-use crate::solvers::inductive::{self, Confirmed};
 use crate::solvers::part::{self, Missing};
 use crate::solvers::solved::Solved;
 use crate::solvers::system::Quantity;
 use crate::solvers::ties::{self, Solutions, Ties};
+use crate::values::confirmed::{self, Confirmed};
 
 #[derive(Debug)]
 enum Numbers {
@@ -163,7 +163,7 @@ impl Quantities {
     /// A limit is reached; the values are fractions.
     pub fn confirmed(&self, graph: &Graph, shows_ones: bool, meter: &mut Meter<'_>) -> Result<Confirmed> {
         match &self.numbers {
-            Numbers::Rounded(solved) => inductive::confirmed(solved, graph, shows_ones, meter),
+            Numbers::Rounded(solved) => confirmed::confirmed(solved, graph, shows_ones, meter),
             Numbers::Exact(_) => Err(Error::Usage("certificates need bounds, not exact values".to_owned())),
         }
     }

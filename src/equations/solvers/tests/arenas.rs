@@ -11,10 +11,8 @@ use meliora_engine::{AnyEngine, Settings, Storage};
 use meliora_model::{Optimum, Program};
 use num_traits::{One, ToPrimitive, Zero};
 
-use crate::graphs::arena::Arena;
-use crate::graphs::game_graph::Extremes;
-use crate::values::value::{Answer, Value};
-use crate::values::vector::{Accumulation, Asked, Until};
+use crate::vector::{Accumulation, Asked, Until};
+use crate::{Answer, Arena, Extremes, Value};
 
 /// A choice: its reward besides the reward of its state, and its successors with weights.
 pub(super) type Choice = (i64, Vec<(usize, i64)>);
@@ -370,13 +368,9 @@ impl ArenaQuestion<'_> {
         let ArenaQuestion { made, arena, goal, precision, .. } = self;
         let until = |least, most| Until { left: bits(left), right: bits(target), least, most };
         let expected = made.value(*goal, &|pure| made.until(pure, target, left));
-        self.check(
-            "until",
-            &Asked::all(arena, *goal, *precision).probability(&until(0, None)).unwrap(),
-            &expected,
-        );
-        let decided = bits(target) | !bits(left);
-        self.alone("until", &decided, &expected, &|own, members| {
+        let asked = Asked::all(arena, *goal, *precision);
+        self.check("until", &asked.probability(&until(0, None)).unwrap(), &expected);
+        self.alone("until", &(bits(target) | !bits(left)), &expected, &|own, members| {
             let until = Until::unbounded(members(&bits(left)), members(&bits(target)));
             Asked::all(own, *goal, *precision).probability(&until).unwrap()
         });
@@ -387,10 +381,10 @@ impl ArenaQuestion<'_> {
                     (_, false) => Some(Ratio::zero()),
                     _ => None,
                 };
-            let found = Asked::all(arena, *goal, *precision).probability(&until(least, Some(most))).unwrap();
+            let found = asked.probability(&until(least, Some(most))).unwrap();
             self.check(&format!("[{least},{most}]"), &found, &self.after(most, &value, false));
         }
-        let found = Asked::all(arena, *goal, *precision).next(&bits(target)).unwrap();
+        let found = asked.next(&bits(target)).unwrap();
         let inside =
             |s: usize, to_go: u64| (to_go == 0).then(|| if target[s] { Ratio::one() } else { Ratio::zero() });
         self.check("next", &found, &self.after(1, &inside, false));
@@ -399,8 +393,8 @@ impl ArenaQuestion<'_> {
     fn rewards(&self, target: &[bool]) {
         let ArenaQuestion { made, arena, goal, precision, .. } = self;
         let rewards = arena.rewards(self.engine, 0).unwrap();
-        let ask =
-            |accumulation| Asked::all(arena, *goal, *precision).reward(&rewards, &accumulation).unwrap();
+        let asked = Asked::all(arena, *goal, *precision);
+        let ask = |accumulation| asked.reward(&rewards, &accumulation).unwrap();
         let expected = made.value(*goal, &|pure| made.reward_until(pure, target));
         self.check("F", &ask(Accumulation::Until(bits(target))), &expected);
         self.alone("F", &bits(target), &expected, &|own, members| {
@@ -416,7 +410,7 @@ impl ArenaQuestion<'_> {
         self.check("Fc", &ask(Accumulation::Anyway(bits(target))), &expected);
         let differs = |s: usize| made.theirs[s] && made.choices[s].len() > 1;
         if goal.ours != goal.theirs && (0..made.states()).any(differs) {
-            let refused = Asked::all(arena, *goal, *precision).reward(&rewards, &Accumulation::LongRun);
+            let refused = asked.reward(&rewards, &Accumulation::LongRun);
             assert!(refused.is_err_and(|error| error.to_string().contains("against an opponent")));
         } else {
             self.check("S", &ask(Accumulation::LongRun), &made.averages(*goal));
