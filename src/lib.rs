@@ -318,6 +318,12 @@ pub mod quantities {
         Steps, ValueOptions, ValuedRule, Values, all_states, choose, confirmed, cost, outlook, state_values,
         values,
     };
+
+    /// The values of the states of an arena.
+    pub mod path_values {
+        #[doc(inline)]
+        pub use meliora_equations::{Answer, Value};
+    }
 }
 
 /// Properties and their answers, from [`meliora_question`].

@@ -12,6 +12,8 @@ use std::borrow::Cow;
 use std::io::{self, BufRead, Write};
 
 pub use meliora_base::bound::Bound;
+/// The name of a bound in version 1.0.
+pub use meliora_base::bound::Bound as Number;
 use meliora_base::error::{Error, Result};
 use meliora_base::escape;
 use meliora_model::State;
