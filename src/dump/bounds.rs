@@ -20,6 +20,7 @@ use meliora_model::State;
 
 /// The largest number of bytes of a row.
 const LONGEST: u64 = 64 << 20;
+
 /// The bounds of one quantity of a state.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bounds {

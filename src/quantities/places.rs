@@ -3,9 +3,7 @@
 use bitvec::vec::BitVec;
 
 use meliora_base::error::Result;
-use meliora_equations::Codes;
-use meliora_equations::Meter;
-use meliora_equations::Narrow;
+use meliora_equations::{Codes, Meter, Narrow};
 use meliora_model::State;
 use meliora_space::index::Looked;
 use meliora_space::weighted::{Code, Codec, Steps};

@@ -61,7 +61,7 @@ impl Index {
     /// # Errors
     /// The memory limit or the maximum number of states is reached.
     #[inline]
-    pub fn intern<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
+    pub fn intern(&mut self, code: &[u64]) -> Result<u32> {
         let hash = hash(&self.hasher, code.iter().copied());
         match self.search(code, hash) {
             Some(number) => Ok(number),
@@ -262,8 +262,8 @@ mod tests {
         let mut index = Index::new(2, &meter);
         let code = |i: u64| [i.wrapping_mul(0x9e37_79b9_7f4a_7c15), i % 7];
         for i in 0..20_000u64 {
-            assert_eq!(index.intern::<2>(&code(i)).unwrap(), i as u32);
-            assert_eq!(index.intern::<2>(&code(i / 2)).unwrap(), (i / 2) as u32);
+            assert_eq!(index.intern(&code(i)).unwrap(), i as u32);
+            assert_eq!(index.intern(&code(i / 2)).unwrap(), (i / 2) as u32);
         }
         assert!((0..20_000).all(|i| index.find(&code(i)) == Some(i as u32)));
         // Also while the table grows.

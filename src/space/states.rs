@@ -35,7 +35,7 @@ impl Space {
     #[inline]
     pub(crate) fn number<const W: usize>(&mut self, code: &[u64; W]) -> Result<u32> {
         match self {
-            Space::Indexed(index) => index.intern::<W>(code),
+            Space::Indexed(index) => index.intern(code),
             Space::Every(_) => Ok(code[0] as u32),
         }
     }

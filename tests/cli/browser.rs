@@ -141,11 +141,10 @@ pub(crate) fn shown<const N: usize>(browser: &Path, scratch: &Scratch, views: [S
 
 /// Returns the browser, or prints that the test is skipped.
 pub(crate) fn browser() -> Option<PathBuf> {
-    let found = chromium();
-    if found.is_none() {
+    chromium().or_else(|| {
         eprintln!("skipped: there is no Chromium here to open the page (set CHROMIUM to its path)");
-    }
-    found
+        None
+    })
 }
 
 #[test]
@@ -249,11 +248,10 @@ fn a_page_shows_in_a_browser_what_query_says() {
 /// The rows of the table of moves: the name, and both columns of ranks.
 fn moves(dom: &str) -> BTreeMap<String, [String; 2]> {
     let table = dom.split("<table class=\"moves\">").nth(1).unwrap().split("</table>").next().unwrap();
-    let rows = table.split("<tr>").filter(|row| row.contains("<td>"));
     let texts =
         |row: &str| row.split("<td>").map(|cell| cell.split('<').next().unwrap().to_owned()).collect();
     let row = |cells: Vec<String>| (cells[1].clone(), [cells[2].clone(), cells[3].clone()]);
-    rows.map(texts).map(row).collect()
+    table.split("<tr>").filter(|row| row.contains("<td>")).map(texts).map(row).collect()
 }
 
 /// Returns the ranks after each move by `strategy` of one kind.

@@ -1,8 +1,10 @@
 //! Choices by their states, and by their successors.
 
+use std::ops::Range;
+
 use super::ExplicitEngine;
 use meliora_base::error::Result;
-use meliora_space::set::{BitSet, set, set_range, test};
+use meliora_space::set::{BitSet, set, test};
 
 impl ExplicitEngine {
     /// Returns { (s,a) ∈ C : s ∈ X }.
@@ -53,5 +55,16 @@ impl ExplicitEngine {
             }
         }
         Ok(found)
+    }
+}
+
+/// Sets the bits of a range.
+fn set_range(words: &mut [u64], range: Range<usize>) {
+    let mut at = range.start;
+    while at < range.end {
+        let bit = at & 63;
+        let n = (64 - bit).min(range.end - at);
+        words[at >> 6] |= (u64::MAX >> (64 - n)) << bit;
+        at += n;
     }
 }

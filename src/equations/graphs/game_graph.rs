@@ -1,6 +1,7 @@
 //! A game as the solvers see it: numbered states with owners, their choices, and exact probabilities.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use bitvec::vec::BitVec;
 use meliora_base::exact::Ratio;
@@ -175,6 +176,11 @@ impl GameGraph {
     #[inline]
     pub fn fractions(&self) -> &[Ratio] {
         self.fractions.list()
+    }
+
+    /// Returns the same, for nodes of strategies that share them.
+    pub fn shared_fractions(&self) -> Vec<Arc<Ratio>> {
+        self.fractions().iter().cloned().map(Arc::new).collect()
     }
 
     /// Returns the number of choices of all nodes.

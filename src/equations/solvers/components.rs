@@ -177,7 +177,7 @@ impl Choices {
 }
 
 /// Returns the sets of nodes that reach each other, and no others, by the successors of each node. Cost: linear.
-pub fn bottoms(successors: impl Iterator<Item = Vec<u32>>) -> Vec<Vec<u32>> {
+pub fn bottoms(successors: impl Iterator<Item = impl IntoIterator<Item = u32>>) -> Vec<Vec<u32>> {
     let mut chain = Choices::default();
     for own in successors {
         chain.to.extend(own);

@@ -173,7 +173,7 @@ impl Waiting {
     }
 
     /// Notes that a choice of a node enters a rank; returns the greatest rank that its choices enter if all do.
-    pub(crate) fn ranked(&mut self, node: usize, choice: u32, rank: u32) -> Option<u32> {
+    fn ranked(&mut self, node: usize, choice: u32, rank: u32) -> Option<u32> {
         if !self.done.insert(choice) {
             return None;
         }

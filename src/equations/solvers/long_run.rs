@@ -14,7 +14,6 @@ use super::components::{self, EndComponents};
 use super::eliminate::{self, Row};
 use super::reaching::{Vector, value_at};
 use super::sides::Sides;
-use crate::graphs::choices::Choices;
 use crate::graphs::game_graph::{Edge, Extremes, GameGraph, Rewards};
 use crate::graphs::graph::NONE;
 use crate::graphs::meter::{Meter, Stop};
@@ -341,14 +340,9 @@ impl<'a, N: Number> Inside<'a, N> {
 
     /// Returns a member of the component with the best average among those that a policy never leaves.
     fn best_bottom(&self, policy: &[u32], optimum: Optimum, meter: &mut Meter<'_>) -> Result<u32> {
-        let mut chain = Choices::default();
-        for &choice in policy {
-            chain.to.extend(self.edges(choice).map(|(to, _)| to));
-            chain.end_choice();
-            chain.end_node();
-        }
+        let after = |&choice: &u32| self.edges(choice).map(|(to, _)| to);
         let mut best: Option<(N, u32)> = None;
-        for component in chain.bottoms() {
+        for component in components::bottoms(policy.iter().map(after)) {
             let average = self.evaluated(policy, &component, component[0] as usize, meter)?.average;
             if best.as_ref().is_none_or(|(best, _)| average.beats(best, optimum == Optimum::Max)) {
                 best = Some((average, component[0]));

@@ -83,15 +83,10 @@ pub(super) fn picks(
     Ok(picks)
 }
 
-/// Returns the probabilities of an arena, for nodes that share them.
-pub(super) fn shared(arena: &Arena<'_>) -> Vec<Arc<Ratio>> {
-    arena.fractions().iter().cloned().map(Arc::new).collect()
-}
-
 /// Returns the nodes that a strategy visits, beginning with the start.
 pub(super) fn followed(pairs: &Pairs, picks: &[Vec<usize>], arena: &Arena<'_>) -> Vec<Node> {
     let (mut order, mut numbers, mut nodes) = (vec![0u32], vec![NONE; pairs.list.len()], Vec::new());
-    let fractions = shared(arena);
+    let fractions = arena.shared_fractions();
     numbers[0] = 0;
     while let Some(&pair) = order.get(nodes.len()) {
         let (state, memory) = pairs.list[pair as usize];

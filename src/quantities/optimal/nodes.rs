@@ -103,7 +103,7 @@ impl Optimal {
             game: GameGraph::default(),
             numbers: Vec::new(),
             positions: Narrow::default(),
-            fractions: arena.fractions().iter().cloned().map(Arc::new).collect(),
+            fractions: arena.shared_fractions(),
             codes: Vec::new(),
             codec: arena.codec().clone(),
             kept: arena.kept_choices().map(|kept| (Arc::clone(kept), Vec::new())),

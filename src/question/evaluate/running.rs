@@ -155,7 +155,8 @@ impl Played<'_> {
     fn settled(&self, nodes: &[PolicyNode], links: &[Linked]) -> Result<Vec<Option<bool>>> {
         let all = self.disjuncts(nodes)?;
         let mut settled = vec![None; nodes.len()];
-        let after = |link: &Linked| link.choices.iter().flatten().map(|(to, _)| *to as u32).collect();
+        let after =
+            |link: &Linked| link.choices.iter().flatten().map(|(to, _)| *to as u32).collect::<Vec<_>>();
         for bottom in bottoms(links.iter().map(after)) {
             let holds = |own: &Disjunct<Vec<bool>>| {
                 let always =

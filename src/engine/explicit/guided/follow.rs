@@ -22,7 +22,12 @@ pub(super) struct Visited {
 }
 
 impl Guided {
-    pub(super) fn follow(&self) -> Result<Vec<Guiding>> {
+    /// Returns the states that the policy visits outside of the target, initial states first. The answer must be known to
+    /// be yes.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn policy(&self) -> Result<Vec<Guiding>> {
         let mut poll = Poll::new(&*self.task.limits.sink);
         let mut stepper = expand::stepper(&self.task.prepared, self.task.layout.words());
         let states = self.visited(VecDeque::pop_front).states;

@@ -208,15 +208,6 @@ impl Guided {
         [self.initial.len(), self.initial.iter().filter(lost).count()]
     }
 
-    /// Returns the states that the policy visits outside of the target, initial states first. The answer must be known to
-    /// be yes.
-    ///
-    /// # Errors
-    /// A limit is reached.
-    pub fn policy(&self) -> Result<Vec<Guiding>> {
-        self.follow()
-    }
-
     /// Returns the initial states.
     pub fn initial_states(&self) -> Vec<State> {
         self.initial.iter().map(|&state| self.task.values(self.part.index.code(state as usize))).collect()

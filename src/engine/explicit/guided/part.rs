@@ -99,10 +99,10 @@ impl Part {
     /// # Errors
     /// The memory limit.
     pub(super) fn number(&mut self, code: &[u64]) -> Result<(u32, bool)> {
-        if let Some(state) = self.index.find(code) {
+        let state = self.index.intern(code)?;
+        if (state as usize) < self.standing.len() {
             return Ok((state, false));
         }
-        let state = self.index.add(code)?;
         self.standing.push(Standing::default())?;
         self.estimate.push(Estimate::default())?;
         self.steps.push(NO_STEP)?;

@@ -249,13 +249,14 @@ impl Guided {
         self.steps += 1 + stepper.ends().last().map_or(0, |&end| u64::from(end));
         self.part.begin(state);
         let (mut at, mut number, mut successors) = (0, 0, Vec::new());
+        let mut successor = code.clone();
         for place in 0..stepper.active().len() {
             let index = stepper.active()[place];
             for combination in 0..stepper.combinations(index) {
                 let end = stepper.ends()[number] as usize;
                 successors.clear();
                 for step in at..end {
-                    let mut successor = code.clone();
+                    successor.copy_from_slice(&code);
                     stepper.step(step, &mut successor);
                     successors.push(self.number(&successor)?);
                 }
