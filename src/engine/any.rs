@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::edge_labels::EdgeLabels;
-use super::engine::{Algebra, Engine, Region};
+use super::engine::{Algebra, Engine, Region, Won};
 use super::explicit::{self, ExplicitEngine};
 use super::membership::Membership;
 use super::settings::{Count, Settings, Storage, Usage};
@@ -361,8 +361,11 @@ impl Engine for AnyEngine {
         &self,
         start: Region<AnyStates, AnyChoices>,
         edge_labels: &[EdgeLabels<AnyStates>],
-    ) -> Result<Region<AnyStates, AnyChoices>> {
-        on!(self, e => Ok(region(e.almost_surely_win(region_of(e, &start)?, &edge_labels_of(e, edge_labels)?)?)))
+    ) -> Result<Won<AnyStates, AnyChoices>> {
+        on!(self, e => {
+            let won = e.almost_surely_win(region_of(e, &start)?, &edge_labels_of(e, edge_labels)?)?;
+            Ok(Won { region: region(won.region), possible: won.possible.map(Into::into) })
+        })
     }
 
     fn list_states(&self, x: &AnyStates, limit: usize) -> Result<Vec<State>> {

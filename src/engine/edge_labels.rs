@@ -1,6 +1,6 @@
 //! Games on edges: goal edges win, dropped edges are not part of the game, all others are plain.
 
-use super::engine::{Engine, Region, position};
+use super::engine::{Engine, Region, Won, position};
 use meliora_base::error::Result;
 
 /// The labels of the edges from a set of states: goal, dropped or plain. A game has one such *part*
@@ -189,20 +189,21 @@ pub(super) fn almost_surely_win<E: Engine>(
     engine: &E,
     start: Region<E::States, E::Choices>,
     edge_labels: &[EdgeLabels<E::States>],
-) -> Result<Region<E::States, E::Choices>> {
+) -> Result<Won<E::States, E::Choices>> {
     if let Some(target) = target(engine, edge_labels)? {
-        return almost_surely_enter(engine, start, target);
+        return Ok(Won { region: almost_surely_enter(engine, start, target)?, possible: None });
     }
     let winning = winning(engine, &start.choices, edge_labels)?;
     let within = start.choices.clone();
-    let mut left = start;
+    let (mut left, mut possible) = (start, None);
     loop {
         let reaching = engine.can_win(&winning, &left.choices, edge_labels)?;
+        possible.get_or_insert_with(|| reaching.clone());
         let lost = engine.difference(&left.states, &reaching)?;
         left.states = engine.intersection(&left.states, &reaching)?;
         if engine.is_empty(&lost)? {
             left.choices = engine.choices_in(&left.choices, &left.states)?;
-            return Ok(left);
+            return Ok(Won { region: left, possible });
         }
         left = engine.remove_attractor(left, &within, &engine.no_states(), edge_labels, lost)?;
     }

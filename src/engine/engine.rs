@@ -17,6 +17,15 @@ pub struct Region<S, C> {
     pub choices: C,
 }
 
+/// The result of [`Engine::almost_surely_win`].
+#[derive(Debug, Clone)]
+pub struct Won<S, C> {
+    /// The region that wins almost surely.
+    pub region: Region<S, C>,
+    /// The states from which winning is possible, if the search has found them.
+    pub possible: Option<S>,
+}
+
 /// The Boolean algebra of one sort of sets.
 pub trait Algebra<X> {
     /// Returns X ∪ Y.
@@ -318,14 +327,15 @@ pub trait Engine:
     /// stay. `start` contains S and C.
     ///
     /// Every pair of C must have its state in S, and each of its edges must be a goal edge or lead
-    /// into S.
+    /// into S. Then the first search finds μX. { s : we can choose a pair of C with a goal edge, or with an edge into X that
+    /// is not dropped }, the states from which winning is possible.
     ///
     /// Cost: per round one `can_reach`, and one pre-image per part and layer of losing states.
     fn almost_surely_win(
         &self,
         start: Region<Self::States, Self::Choices>,
         edge_labels: &[EdgeLabels<Self::States>],
-    ) -> Result<Region<Self::States, Self::Choices>>
+    ) -> Result<Won<Self::States, Self::Choices>>
     where
         Self: Sized,
     {

@@ -47,7 +47,7 @@ pub mod until;
 pub use any::AnyEngine;
 pub use diagrams::Dumpable;
 pub use edge_labels::EdgeLabels;
-pub use engine::{Algebra, Engine, Region, position};
+pub use engine::{Algebra, Engine, Region, Won, position};
 pub use explicit::{ExplicitEngine, Guided, Guiding};
 pub use meliora_base::progress::{NoProgress, ProgressSink};
 pub use selection::{BySearch, OverAll, RacedQuestion, Racer, Selection};

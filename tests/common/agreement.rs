@@ -162,10 +162,11 @@ impl<E: Engine> Both<'_, E> {
             ("win, dropped", &kept, &dropping, &brute_kept, &brute_dropping),
         ] {
             let start = Region { states: engine.all_states(), choices: c.clone() };
-            let region = engine.almost_surely_win(start, labels).unwrap();
-            let (states, choices) = brute.almost_surely_win(brute_c, brute_labels);
-            self.states(what, &region.states, &states);
-            self.choices(what, &region.choices, &choices);
+            let won = engine.almost_surely_win(start, labels).unwrap();
+            let (states, choices, possible) = brute.almost_surely_win(brute_c, brute_labels);
+            self.states(what, &won.region.states, &states);
+            self.choices(what, &won.region.choices, &choices);
+            won.possible.iter().for_each(|found| self.states(what, found, &possible));
             let stuck = engine.difference(&engine.all_states(), &engine.sources(c).unwrap()).unwrap();
             let outside = engine.difference(x, y).unwrap();
             let lost = engine.union(&stuck, &outside).unwrap();

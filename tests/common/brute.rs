@@ -163,8 +163,8 @@ impl Brute {
     }
 
     /// νY. μX. { s : some (s,a) ∈ C has only goal edges and edges into Y, and a goal edge or an edge into X }
-    /// without dropped edges, with the pairs of C that stay inside.
-    pub(crate) fn almost_surely_win(&self, within: &Set, labels: &[EdgeLabels<Set>]) -> (Set, Set) {
+    /// without dropped edges, with the pairs of C that stay inside; and the X of the greatest Y.
+    pub(crate) fn almost_surely_win(&self, within: &Set, labels: &[EdgeLabels<Set>]) -> (Set, Set, Set) {
         let staying = |y: &Set| {
             let stays = |p: &Pair| self.kept(p, labels)[1].is_subset(y);
             self.choices_in(&self.pairs_where(within, stays), y)
@@ -178,8 +178,7 @@ impl Brute {
             Self::fixpoint(Set::new(), |x| self.sources(&self.pairs_where(&staying, |p| wins(p, x))))
         };
         let states = Self::fixpoint(self.all_states(), inner);
-        let choices = staying(&states);
-        (states, choices)
+        (states.clone(), staying(&states), inner(&self.all_states()))
     }
 
     /// The states outside of the least X ⊇ L that has every state outside of W of which each pair of C has a plain edge

@@ -132,7 +132,7 @@ fn a_game_with_barred_choices_in_a_product_needs_no_layers() {
     let labels = EdgeLabels::new(from.clone(), goal, engine.no_states());
     let labels = EdgeLabels { barred: vec![(from.clone(), barred)], ..labels };
     let start = Region { states: from, choices: choices.unwrap() };
-    let found = engine.almost_surely_win(start, &[labels]).unwrap();
+    let found = engine.almost_surely_win(start, &[labels]).unwrap().region;
     // Where x1 is 5, a state without another step loses: with x0=9, and with x0=4 by the barred step.
     assert_eq!(engine.count(&found.states).unwrap(), 539_998u32.into());
     let ways = engine.ways();

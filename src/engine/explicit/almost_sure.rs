@@ -120,23 +120,26 @@ impl ExplicitEngine {
     /// Computes νY. μX. { s ∈ S : some (s,a) ∈ C has only goal edges and edges into Y, and one goal
     /// edge or edge into X }, ignoring dropped edges, together with the pairs of C that stay. Every
     /// pair of C must have its state in S, and each of its edges must be a goal edge or lead into
-    /// S.
+    /// S. States that are `lost` are outside of S. Without an opponent, also returns the states that the first search finds.
     pub(super) fn pursue<R: Rules>(
         &self,
         states: &BitSet,
         mut choices: BitSet,
         (rules, goal): (&R, &BitSet),
-    ) -> Result<Region<BitSet, BitSet>> {
+        lost: &BitSet,
+    ) -> Result<(Region<BitSet, BitSet>, Option<BitSet>)> {
         if self.opponent().is_some() {
-            return self.pursue_in_game(states, choices, rules);
+            return Ok((self.pursue_in_game(states, choices, rules)?, None));
         }
         let mut solver = self.solver(rules, choices.words_mut())?;
+        solver.lose(lost)?;
         solver.search(states, goal)?;
+        let possible = solver.found();
         solver.remove(states, goal)?;
         let mut left = states.copy()?;
         let words = left.words_mut();
         states.iter().filter(|&s| solver.level[s] == LOST).for_each(|state| clear(words, state));
-        Ok(Region { states: left, choices })
+        Ok((Region { states: left, choices }, Some(possible)))
     }
 
     fn solver<'a, R>(&'a self, rules: &'a R, choices: &'a mut [u64]) -> Result<AlmostSureSolver<'a, R>> {
@@ -157,6 +160,15 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
     #[inline]
     fn is_plain(&self, from: usize, to: usize) -> bool {
         self.rules.keeps(from, to) && !self.rules.wins(from, to)
+    }
+
+    /// Removes some states and their attractor, before any state has a choice.
+    fn lose(&mut self, lost: &BitSet) -> Result<()> {
+        for state in lost.iter() {
+            self.level[state] = LOST;
+            self.work.add(state);
+        }
+        self.remove_attractor(&mut Array::new(&self.engine.meter))
     }
 
     /// Finds a choice for each state that can win.
@@ -234,6 +246,15 @@ impl<R: Rules> AlmostSureSolver<'_, R> {
         self.start(goal)?;
         states.iter().for_each(|state| self.lose_if_detached(state));
         Ok(())
+    }
+
+    /// Returns the states that have a choice.
+    fn found(&self) -> BitSet {
+        let mut found = BitSet::empty(&self.engine.meter, self.level.len());
+        for (word, levels) in found.words_mut().iter_mut().zip(self.level.chunks(64)) {
+            *word = levels.iter().rev().fold(0, |word, &level| word << 1 | u64::from(level < DETACHED));
+        }
+        found
     }
 
     /// Removes the choices that may step into a lost state by a plain edge, including those of the

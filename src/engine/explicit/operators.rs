@@ -4,7 +4,7 @@ use super::almost_sure::{Entering, Plain, Table};
 use super::marks::Marks;
 use super::{ChoiceSet, ExplicitEngine, Space, StateSet};
 use crate::edge_labels::{self, EdgeLabels};
-use crate::engine::{Algebra, Engine, Region};
+use crate::engine::{Algebra, Engine, Region, Won};
 use crate::membership::Membership;
 use crate::settings::{Count, Settings, Usage};
 use meliora_base::error::{Error, Result};
@@ -244,17 +244,16 @@ impl Engine for ExplicitEngine {
         within: &ChoiceSet,
     ) -> Result<Region<StateSet, ChoiceSet>> {
         let goal = self.bits(target)?;
-        // States without a pair are lost. One pass over the rows removes the choices that may step
-        // into them.
+        // States without a pair are lost.
         let alive = self.union(&self.can_choose(within)?, target)?;
+        let lost = self.difference(&self.all_states(), &alive)?;
         let outside = self.bits(&alive)?.zip(goal, |alive, t| alive & !t)?;
-        let choices = self.choices_of_states(self.bits(within)?, &outside)?;
-        let choices = if self.same(&alive, &self.all_states())? {
-            choices
-        } else {
-            self.pre_within(&ChoiceSet(choices), &alive)?.0
-        };
-        let Region { states, choices } = self.pursue(&outside, choices, (&Entering(goal.words()), goal))?;
+        let mut choices = self.choices_of_states(self.bits(within)?, &outside)?;
+        if self.opponent().is_some() {
+            choices = self.pre_within(&ChoiceSet(choices), &alive)?.0;
+        }
+        let (Region { states, choices }, _) =
+            self.pursue(&outside, choices, (&Entering(goal.words()), goal), &lost.0)?;
         let states = states.zip(goal, |x, t| x | t)?;
         Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
     }
@@ -263,23 +262,24 @@ impl Engine for ExplicitEngine {
         &self,
         start: Region<StateSet, ChoiceSet>,
         edge_labels: &[EdgeLabels<StateSet>],
-    ) -> Result<Region<StateSet, ChoiceSet>> {
+    ) -> Result<Won<StateSet, ChoiceSet>> {
         self.check_owned(edge_labels)?;
         self.bits(&start.choices)?;
-        let (states, choices) = (self.bits(&start.states)?, start.choices.0);
-        let Region { states, choices } = match edge_labels {
+        let (states, choices, lost) = (self.bits(&start.states)?, start.choices.0, self.no_states().0);
+        let (Region { states, choices }, possible) = match edge_labels {
             // All edges of the game have these labels.
             [all] if all.dropped.0.is_empty() && states.zip(&all.from.0, |x, y| x & !y)?.is_empty() => {
-                self.pursue(states, choices, (&Entering(all.goal.0.words()), &all.goal.0))?
+                self.pursue(states, choices, (&Entering(all.goal.0.words()), &all.goal.0), &lost)?
             }
             _ => {
                 let rules = Table::new(self, edge_labels)?;
                 let mut goal = self.no_states().0;
                 rules.add_goal(&mut goal);
-                self.pursue(states, choices, (&rules, &goal))?
+                self.pursue(states, choices, (&rules, &goal), &lost)?
             }
         };
-        Ok(Region { states: StateSet(states), choices: ChoiceSet(choices) })
+        let region = Region { states: StateSet(states), choices: ChoiceSet(choices) };
+        Ok(Won { region, possible: possible.map(StateSet) })
     }
 
     fn count_model_states(&self, x: &StateSet) -> Result<Option<Count>> {

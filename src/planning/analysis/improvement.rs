@@ -4,6 +4,8 @@
 //! the same choices, so everything is computed over S with improving steps as goal *edges*; only
 //! [`Sizes`] refers to V.
 
+use std::sync::OnceLock;
+
 use serde::Serialize;
 
 use super::classes::{Class, Classes};
@@ -28,12 +30,26 @@ pub struct Arena<E: Engine> {
     /// The first arena with the same states, choices and edge labels, by its position in
     /// [`Improvement::arenas`], if it is another one. Its levels are those of this arena.
     pub twin: Option<usize>,
+    /// The states from which an improvement is possible, once a search has found them.
+    pub(crate) possible: OnceLock<E::States>,
+}
+
+impl<E: Engine> Arena<E> {
+    fn new(
+        reference: Option<usize>,
+        states: E::States,
+        choices: E::Choices,
+        edge_labels: Vec<EdgeLabels<E::States>>,
+    ) -> Self {
+        Arena { reference, states, choices, edge_labels, twin: None, possible: OnceLock::new() }
+    }
 }
 
 impl<E: Engine> Clone for Arena<E> {
     fn clone(&self) -> Self {
         Arena {
             twin: self.twin,
+            possible: self.possible.clone(),
             reference: self.reference,
             states: self.states.clone(),
             choices: self.choices.clone(),
@@ -142,13 +158,8 @@ fn unsafe_class<E: Engine>(engine: &E, classes: &Classes<E>, arena: &Arena<E>) -
 pub(crate) fn action<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Arena<E>> {
     let weakening = pairs_into(engine, &engine.all_choices(), by_worse(classes))?;
     let choices = engine.difference(&engine.all_choices(), &weakening)?;
-    Ok(Arena {
-        reference: None,
-        states: engine.all_states(),
-        choices: without_bad_states(engine, choices)?,
-        edge_labels: edge_labels(engine, classes, Worse::Barred)?,
-        twin: None,
-    })
+    let choices = without_bad_states(engine, choices)?;
+    Ok(Arena::new(None, engine.all_states(), choices, edge_labels(engine, classes, Worse::Barred)?))
 }
 
 /// Removes the choices of the opponent's bad states, and those that may step into one. A state of the
@@ -187,7 +198,7 @@ pub(crate) fn transition<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<
         choices = engine.difference(&choices, &emptied)?;
     }
     let edge_labels = edge_labels(engine, classes, Worse::Dropped)?;
-    Ok(Arena { reference: None, states: engine.all_states(), choices, edge_labels, twin: None })
+    Ok(Arena::new(None, engine.all_states(), choices, edge_labels))
 }
 
 /// Safe_c with the choices that stay in it.
@@ -218,7 +229,7 @@ pub(crate) fn prefix<E: Engine>(engine: &E, classes: &Classes<E>) -> Result<Vec<
         let goal = engine.intersection(&class.better, &safe.states)?;
         let edge_labels = vec![EdgeLabels::new(safe.states.clone(), goal, engine.no_states())];
         let Region { states, choices } = safe;
-        arenas.push(Arena { reference: Some(reference), states, choices, edge_labels, twin: None });
+        arenas.push(Arena::new(Some(reference), states, choices, edge_labels));
     }
     arenas.sort_by_key(|arena| arena.reference);
     Ok(arenas)

@@ -15,7 +15,7 @@ use super::improvement::{Arena, Improvement};
 use super::run::Analysis;
 use meliora_base::error::Result;
 use meliora_engine::edge_labels::{pairs_into, possibly_win};
-use meliora_engine::{EdgeLabels, Engine, Region, position};
+use meliora_engine::{EdgeLabels, Engine, Region, Won, position};
 pub use meliora_model::region::Kind;
 
 /// The number of improvements that can be made from a state.
@@ -256,7 +256,7 @@ fn next_game<E: Engine>(
     }
     match kind {
         Kind::Sasi => almost_surely(engine, arena, edge_labels, before),
-        Kind::Spi => positively(engine, arena, edge_labels),
+        Kind::Spi => positively(engine, arena, edge_labels, before),
     }
 }
 
@@ -275,13 +275,17 @@ pub fn entering<E: Engine>(
 /// Computes μX. { s : some kept choice has a goal edge or a kept edge into X }.
 ///
 /// All levels search the choices of the arena, though those of the last level's winning states would do: diagrams know
-/// many results for them already.
+/// many results for them already. The first level needs no search if that of SASI has found it.
 fn positively<E: Engine>(
     engine: &E,
     arena: &Arena<E>,
     edge_labels: Vec<EdgeLabels<E::States>>,
+    before: Option<&Game<E>>,
 ) -> Result<Game<E>> {
-    let states = possibly_win(engine, &arena.choices, &edge_labels)?;
+    let states = match arena.possible.get().filter(|_| before.is_none()) {
+        Some(known) => known.clone(),
+        None => possibly_win(engine, &arena.choices, &edge_labels)?,
+    };
     let choices = engine.choices_in(&arena.choices, &states)?;
     Ok(Game { edge_labels, states, choices })
 }
@@ -301,7 +305,11 @@ fn almost_surely<E: Engine>(
         }
         None => Region { states: arena.states.clone(), choices: arena.choices.clone() },
     };
-    let Region { states, choices } = engine.almost_surely_win(start, &edge_labels)?;
+    let Won { region: Region { states, choices }, possible } =
+        engine.almost_surely_win(start, &edge_labels)?;
+    if let (None, Some(possible)) = (before, possible) {
+        arena.possible.get_or_init(|| possible);
+    }
     Ok(Game { edge_labels, states, choices })
 }
 
