@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use bitvec::vec::BitVec;
 
+use crate::graphs::choices::Reversed;
 use crate::graphs::game_graph::{Extremes, GameGraph, Rewards};
 use crate::graphs::graph::NONE;
 use crate::graphs::meter::Meter;
@@ -12,6 +13,9 @@ use meliora_base::number::Number;
 
 /// The choice of each state before a step; [`NONE`] of the opponent's.
 pub type Stage = Arc<Vec<u32>>;
+
+/// If fewer than one in this many values change in a step, only the values that depend on them are computed for the next one.
+const FEW: usize = 8;
 
 /// The equations of one step as numbers.
 pub(crate) struct Back<'a, N> {
@@ -42,12 +46,12 @@ impl<'a, N: Number> Back<'a, N> {
 
     /// Returns what a choice earns, and the mean of `x` after it.
     fn mean(&self, choice: usize, x: &[N]) -> N {
-        let terms = self.game.outcomes(choice);
-        let first = terms.clone().next().map(|(to, _)| &x[to as usize]);
-        let sum = match first {
+        let sum = match self.game.choices.successors(choice) {
             // A mean of equal values is this value, without any rounding.
-            Some(first) if terms.clone().all(|(to, _)| x[to as usize] == *first) => first.clone(),
-            _ => terms.fold(N::zero(), |sum, (to, weight)| {
+            [first, others @ ..] if others.iter().all(|&to| x[to as usize] == x[*first as usize]) => {
+                x[*first as usize].clone()
+            }
+            _ => self.game.outcomes(choice).fold(N::zero(), |sum, (to, weight)| {
                 sum.plus(&self.probabilities[weight as usize].times(&x[to as usize]))
             }),
         };
@@ -106,49 +110,97 @@ impl<'a, N: Number> Back<'a, N> {
         meter: &mut Meter<'_>,
     ) -> Result<Vec<N>> {
         let all = stages.as_ref().map_or(0, |stages| stages.len()) + steps as usize;
+        let (mut affected, mut reversed) = (None, None);
         for step in 0..steps {
             meter.progress_at(step as usize, &|| format!("step {} of {steps}", step + 1));
-            let next = match &mut stages {
-                None => self.step(&x, &fixed, meter)?,
+            let changed = match &mut stages {
+                None => self.step(&x, affected.as_ref(), &fixed, meter)?,
                 Some(stages) => self.stage(&x, &fixed, stages, meter)?,
             };
-            let unchanged = next == x;
-            x = next;
-            if unchanged {
+            if changed.is_empty() {
                 let last = stages.as_ref().and_then(|stages| stages.last().cloned());
                 stages.into_iter().zip(last).for_each(|(stages, last)| stages.resize(all, last));
                 break;
             }
+            if stages.is_none() {
+                affected = self.affected(&changed, &mut reversed, meter)?;
+            }
+            changed.into_iter().for_each(|(state, value)| x[state as usize] = value);
         }
+        meter.release(reversed.map_or(0, |_| self.bytes_of_reversed()));
         Ok(x)
     }
 
-    /// Returns the values before a step.
-    fn step(&self, x: &[N], fixed: impl Fn(usize) -> Option<N>, meter: &mut Meter<'_>) -> Result<Vec<N>> {
-        let mut next = Vec::with_capacity(x.len());
-        for state in 0..x.len() {
-            meter.step()?;
-            next.push(fixed(state).unwrap_or_else(|| self.best(state, x, |_, _| {})));
+    /// Returns the states whose values depend on some that change, if those are few.
+    fn affected(
+        &self,
+        changed: &[(u32, N)],
+        reversed: &mut Option<Reversed>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Option<BitVec>> {
+        let (states, bytes) = (self.game.states(), self.bytes_of_reversed());
+        if changed.len() >= states / FEW || reversed.is_none() && meter.left() < bytes as u64 {
+            return Ok(None);
         }
-        Ok(next)
+        if reversed.is_none() {
+            meter.take(bytes)?;
+        }
+        let reversed = reversed.get_or_insert_with(|| self.game.choices.reversed());
+        let mut affected = BitVec::repeat(false, states);
+        for &choice in changed.iter().flat_map(|(state, _)| reversed.entering(*state)) {
+            affected.set(reversed.owner[choice as usize] as usize, true);
+        }
+        Ok(Some(affected))
     }
 
-    /// Does the same, and adds the choices, which are those of the stage before where these are as good.
+    /// Returns the bytes of the choices that enter each state, and of a set of states.
+    fn bytes_of_reversed(&self) -> usize {
+        self.game.choices.bytes() + self.game.states() / 8
+    }
+
+    /// Returns the values before a step that differ from those after it, in all states or in some.
+    fn step(
+        &self,
+        x: &[N],
+        among: Option<&BitVec>,
+        fixed: impl Fn(usize) -> Option<N>,
+        meter: &mut Meter<'_>,
+    ) -> Result<Vec<(u32, N)>> {
+        let mut changed = Vec::new();
+        let mut visit = |state: usize| -> Result<()> {
+            meter.step()?;
+            let value = fixed(state).unwrap_or_else(|| self.best(state, x, |_, _| {}));
+            if value != x[state] {
+                changed.push((state as u32, value));
+            }
+            Ok(())
+        };
+        match among {
+            Some(among) => among.iter_ones().try_for_each(&mut visit),
+            None => (0..x.len()).try_for_each(&mut visit),
+        }?;
+        Ok(changed)
+    }
+
+    /// Does the same in all states, and adds the choices, which are those of the stage before where these are as good.
     fn stage(
         &self,
         x: &[N],
         fixed: impl Fn(usize) -> Option<N>,
         stages: &mut Vec<Stage>,
         meter: &mut Meter<'_>,
-    ) -> Result<Vec<N>> {
+    ) -> Result<Vec<(u32, N)>> {
         let before = stages.last().cloned();
-        let (mut choices, mut next) = (Vec::with_capacity(x.len()), Vec::with_capacity(x.len()));
+        let (mut choices, mut changed) = (Vec::with_capacity(x.len()), Vec::new());
         for state in 0..x.len() {
             meter.step()?;
             let known = before.as_ref().map_or(NONE, |before| before[state]);
             let (choice, value) = self.pick(state, x, known);
             choices.push(if self.game.is_theirs(state as u32) { NONE } else { choice });
-            next.push(fixed(state).unwrap_or(value));
+            let value = fixed(state).unwrap_or(value);
+            if value != x[state] {
+                changed.push((state as u32, value));
+            }
         }
         stages.push(match before {
             Some(before) if *before == choices => before,
@@ -157,6 +209,6 @@ impl<'a, N: Number> Back<'a, N> {
                 Arc::new(choices)
             }
         });
-        Ok(next)
+        Ok(changed)
     }
 }
