@@ -110,13 +110,13 @@ impl<'a, N: Number> Back<'a, N> {
         meter: &mut Meter<'_>,
     ) -> Result<Vec<N>> {
         let all = stages.as_ref().map_or(0, |stages| stages.len()) + steps as usize;
-        let (mut affected, mut reversed) = (None, None);
+        let (mut changed, mut affected, mut reversed) = (Vec::new(), None, None);
         for step in 0..steps {
             meter.progress_at(step as usize, &|| format!("step {} of {steps}", step + 1));
-            let changed = match &mut stages {
-                None => self.step(&x, affected.as_ref(), &fixed, meter)?,
-                Some(stages) => self.stage(&x, &fixed, stages, meter)?,
-            };
+            match &mut stages {
+                None => self.step(&x, affected.as_ref(), &fixed, &mut changed, meter)?,
+                Some(stages) => self.stage(&x, &fixed, stages, &mut changed, meter)?,
+            }
             if changed.is_empty() {
                 let last = stages.as_ref().and_then(|stages| stages.last().cloned());
                 stages.into_iter().zip(last).for_each(|(stages, last)| stages.resize(all, last));
@@ -125,7 +125,7 @@ impl<'a, N: Number> Back<'a, N> {
             if stages.is_none() {
                 affected = self.affected(&changed, &mut reversed, meter)?;
             }
-            changed.into_iter().for_each(|(state, value)| x[state as usize] = value);
+            changed.drain(..).for_each(|(state, value)| x[state as usize] = value);
         }
         meter.release(reversed.map_or(0, |_| self.bytes_of_reversed()));
         Ok(x)
@@ -158,15 +158,15 @@ impl<'a, N: Number> Back<'a, N> {
         self.game.choices.bytes() + self.game.states() / 8
     }
 
-    /// Returns the values before a step that differ from those after it, in all states or in some.
+    /// Adds the values before a step that differ from those after it, in all states or in some.
     fn step(
         &self,
         x: &[N],
         among: Option<&BitVec>,
         fixed: impl Fn(usize) -> Option<N>,
+        changed: &mut Vec<(u32, N)>,
         meter: &mut Meter<'_>,
-    ) -> Result<Vec<(u32, N)>> {
-        let mut changed = Vec::new();
+    ) -> Result<()> {
         let mut visit = |state: usize| -> Result<()> {
             meter.step()?;
             let value = fixed(state).unwrap_or_else(|| self.best(state, x, |_, _| {}));
@@ -178,8 +178,7 @@ impl<'a, N: Number> Back<'a, N> {
         match among {
             Some(among) => among.iter_ones().try_for_each(&mut visit),
             None => (0..x.len()).try_for_each(&mut visit),
-        }?;
-        Ok(changed)
+        }
     }
 
     /// Does the same in all states, and adds the choices, which are those of the stage before where these are as good.
@@ -188,10 +187,11 @@ impl<'a, N: Number> Back<'a, N> {
         x: &[N],
         fixed: impl Fn(usize) -> Option<N>,
         stages: &mut Vec<Stage>,
+        changed: &mut Vec<(u32, N)>,
         meter: &mut Meter<'_>,
-    ) -> Result<Vec<(u32, N)>> {
+    ) -> Result<()> {
         let before = stages.last().cloned();
-        let (mut choices, mut changed) = (Vec::with_capacity(x.len()), Vec::new());
+        let mut choices = Vec::with_capacity(x.len());
         for state in 0..x.len() {
             meter.step()?;
             let known = before.as_ref().map_or(NONE, |before| before[state]);
@@ -209,6 +209,6 @@ impl<'a, N: Number> Back<'a, N> {
                 Arc::new(choices)
             }
         });
-        Ok(changed)
+        Ok(())
     }
 }
