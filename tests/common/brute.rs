@@ -163,7 +163,7 @@ impl Brute {
     }
 
     /// νY. μX. { s : some (s,a) ∈ C has only goal edges and edges into Y, and a goal edge or an edge into X }
-    /// without dropped edges, with the pairs of C that stay inside; and the X of the greatest Y.
+    /// without dropped edges, with the pairs of C that stay inside; and the X of the first Y, all states.
     pub(crate) fn almost_surely_win(&self, within: &Set, labels: &[EdgeLabels<Set>]) -> (Set, Set, Set) {
         let staying = |y: &Set| {
             let stays = |p: &Pair| self.kept(p, labels)[1].is_subset(y);

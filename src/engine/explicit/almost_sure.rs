@@ -120,7 +120,7 @@ impl ExplicitEngine {
     /// Computes νY. μX. { s ∈ S : some (s,a) ∈ C has only goal edges and edges into Y, and one goal
     /// edge or edge into X }, ignoring dropped edges, together with the pairs of C that stay. Every
     /// pair of C must have its state in S, and each of its edges must be a goal edge or lead into
-    /// S. States that are `lost` are outside of S. Without an opponent, also returns the states that the first search finds.
+    /// S, or into states that are `lost`. Without an opponent, also returns the states that the first search finds.
     pub(super) fn pursue<R: Rules>(
         &self,
         states: &BitSet,
@@ -129,7 +129,7 @@ impl ExplicitEngine {
         lost: &BitSet,
     ) -> Result<(Region<BitSet, BitSet>, Option<BitSet>)> {
         if self.opponent().is_some() {
-            return Ok((self.pursue_in_game(states, choices, rules)?, None));
+            return Ok((self.pursue_in_game(states, choices, rules, lost)?, None));
         }
         let mut solver = self.solver(rules, choices.words_mut())?;
         solver.lose(lost)?;

@@ -38,8 +38,7 @@ impl ExplicitEngine {
         let graph = self.graph.predecessors()?;
         let mut removal = Removal::new(self, graph, x.copy()?, self.choices_of_states(within, x)?)?;
         let outside = self.every_state.zip(x, |all, x| all & !x)?;
-        outside.iter().for_each(|state| removal.work.add(state));
-        removal.spread(&Plain)?;
+        removal.lose(&outside, &Plain)?;
         removal.remove_where(x, |left| left == 0, &Plain)?;
         // A state of the opponent is lost with its first choice, and may have others.
         let choices = match self.opponent() {
@@ -61,8 +60,7 @@ impl ExplicitEngine {
         let mut removal = Removal::new(self, graph, left.states, left.choices)?;
         // They keep their number of choices, whatever is removed.
         won.iter().for_each(|state| removal.left[state] = u32::MAX);
-        lost.iter().for_each(|state| removal.work.add(state));
-        removal.spread(rules)?;
+        removal.lose(lost, rules)?;
         Ok(Region { states: removal.states, choices: removal.choices })
     }
 
@@ -108,6 +106,12 @@ impl<'a> Removal<'a> {
         let left = engine.removable(&choices)?;
         let work = Frontier::new(&engine.meter, engine.graph.states())?;
         Ok(Removal { engine, graph, states, choices, left, work })
+    }
+
+    /// Removes the attractor of some states, which were removed before.
+    pub(super) fn lose(&mut self, lost: &BitSet, rules: &impl Rules) -> Result<()> {
+        lost.iter().for_each(|state| self.work.add(state));
+        self.spread(rules)
     }
 
     /// Removes the states of X for which `is_lost` is true of the number of choices that they can lose.

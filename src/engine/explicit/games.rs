@@ -150,9 +150,11 @@ impl ExplicitEngine {
         states: &BitSet,
         choices: BitSet,
         rules: &R,
+        lost: &BitSet,
     ) -> Result<Region<BitSet, BitSet>> {
         let graph = self.graph.predecessors()?;
         let mut removal = Removal::new(self, graph, states.copy()?, choices)?;
+        removal.lose(lost, rules)?;
         removal.remove_where(states, |left| left == 0, rules)?;
         let nothing = BitSet::empty(&self.meter, self.graph.states());
         loop {

@@ -248,10 +248,7 @@ impl Engine for ExplicitEngine {
         let alive = self.union(&self.can_choose(within)?, target)?;
         let lost = self.difference(&self.all_states(), &alive)?;
         let outside = self.bits(&alive)?.zip(goal, |alive, t| alive & !t)?;
-        let mut choices = self.choices_of_states(self.bits(within)?, &outside)?;
-        if self.opponent().is_some() {
-            choices = self.pre_within(&ChoiceSet(choices), &alive)?.0;
-        }
+        let choices = self.choices_of_states(self.bits(within)?, &outside)?;
         let (Region { states, choices }, _) =
             self.pursue(&outside, choices, (&Entering(goal.words()), goal), &lost.0)?;
         let states = states.zip(goal, |x, t| x | t)?;

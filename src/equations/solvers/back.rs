@@ -139,13 +139,17 @@ impl<'a, N: Number> Back<'a, N> {
         meter: &mut Meter<'_>,
     ) -> Result<Option<BitVec>> {
         let (states, bytes) = (self.game.states(), self.bytes_of_reversed());
-        if changed.len() >= states / FEW || reversed.is_none() && meter.left() < bytes as u64 {
+        if changed.len() >= states / FEW {
             return Ok(None);
         }
-        if reversed.is_none() {
-            meter.take(bytes)?;
-        }
-        let reversed = reversed.get_or_insert_with(|| self.game.choices.reversed());
+        let reversed = match reversed {
+            Some(known) => known,
+            None if meter.left() < bytes as u64 => return Ok(None),
+            None => {
+                meter.take(bytes)?;
+                reversed.insert(self.game.choices.reversed())
+            }
+        };
         let mut affected = BitVec::repeat(false, states);
         for &choice in changed.iter().flat_map(|(state, _)| reversed.entering(*state)) {
             affected.set(reversed.owner[choice as usize] as usize, true);
