@@ -219,7 +219,8 @@ impl<'s> Iteration<'s> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solvers::eliminate::{self, Row};
+    use crate::solvers::chain;
+    use crate::solvers::policies::Policy;
     use crate::solvers::rows::Constant;
     use meliora_base::random::Draw;
     use meliora_engine::NoProgress;
@@ -357,13 +358,10 @@ mod tests {
 
     /// Returns the values of a policy by elimination with doubles.
     fn values(sparse: &Rows<f64>, policy: &[u32]) -> Vec<f64> {
-        let row = |&action: &u32| {
-            let escape = sparse.constant(action as usize).escape;
-            Row { edges: sparse.row(action as usize).map(|(to, p)| (to, *p)).collect(), escape }
-        };
-        let constants = policy.iter().map(|&action| sparse.constant(action as usize).low).collect();
-        let (rows, mut left) = (policy.iter().map(row).collect(), usize::MAX);
-        eliminate::solve(rows, constants, &mut left, &mut Meter::unlimited(&NoProgress)).unwrap()
+        let actions: Vec<usize> = policy.iter().map(|&action| action as usize).collect();
+        let constants = actions.iter().map(|&action| sparse.constant(action).low).collect();
+        let (chain, mut left) = (Policy { rows: sparse, actions: &actions }, usize::MAX);
+        chain::solve(&chain, constants, &mut left, &mut Meter::unlimited(&NoProgress)).unwrap()
     }
 
     #[test]

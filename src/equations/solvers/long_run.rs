@@ -10,8 +10,8 @@
 //! the greatest number (B v)(s) - v(s); relative value iteration lets these meet. With fractions, policies are improved
 //! until one step shows that they are the best. M. Puterman, "Markov Decision Processes" (1994), chapters 8 and 9.
 
+use super::chain::{self, Listed};
 use super::components::{self, EndComponents};
-use super::eliminate::{self, Row};
 use super::reaching::{Vector, value_at};
 use super::sides::Sides;
 use crate::graphs::game_graph::{Edge, Extremes, GameGraph, Rewards};
@@ -210,7 +210,8 @@ impl<'a, N: Number> Inside<'a, N> {
         let mut at = vec![NONE; policy.len()];
         let others = || among.iter().filter(|&&member| member as usize != reference);
         others().zip(0..).for_each(|(&member, own)| at[member as usize] = own);
-        let row = |&member: &u32| {
+        let mut chain = Listed::empty();
+        for &member in others() {
             let choice = policy[member as usize];
             let (mut edges, mut escape): (Vec<(u32, N)>, _) = (Vec::new(), N::zero());
             for (to, p) in self.edges(choice) {
@@ -221,12 +222,12 @@ impl<'a, N: Number> Inside<'a, N> {
                 }
             }
             edges.sort_unstable_by_key(|edge| edge.0);
-            Row { edges, escape }
-        };
-        let (rows, mut left) = (others().map(row).collect(), usize::MAX);
+            chain.push(edges, escape);
+        }
+        let mut left = usize::MAX;
         let gain = |&member: &u32| [self.gain(policy[member as usize]).clone(), N::one()];
         let gains = others().flat_map(gain).collect();
-        let values = eliminate::solve(rows, gains, &mut left, meter).map_err(|stop| match stop {
+        let values = chain::solve(&chain, gains, &mut left, meter).map_err(|stop| match stop {
             Stop::Limit(error) => error,
             _ => Limit::Size { what: "the average of a component has no value".to_owned() }.into(),
         })?;

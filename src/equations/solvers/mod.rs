@@ -9,8 +9,8 @@
 //! | `turns` | the two methods for a component, with budgets that double, and fractions |
 //! | `rows` | the equations of a component, in doubles that are rounded outwards or in fractions |
 //! | `iterate` | optimistic value iteration |
-//! | `policies` | policy iteration by elimination of states, with bounds that one step confirms, or with fractions |
-//! | `eliminate` | elimination of states |
+//! | `policies` | policy iteration, with bounds that one step confirms, or with fractions |
+//! | `chain`, `eliminate` | the equations of a policy, component by component, and elimination of states |
 //! | `horizon` | success within n steps |
 //! | `sides` | the states from which a set is reached possibly, almost surely, or again and again, in a game |
 //! | `reaching` | the values of all states of an arena, also of games |
@@ -24,6 +24,7 @@
 //! | `ties` | of several best choices, those with the least expected number of steps |
 
 pub(crate) mod back;
+pub(crate) mod chain;
 pub(crate) mod components;
 pub(crate) mod eliminate;
 pub(crate) mod groups;

@@ -1,6 +1,6 @@
 //! Policy iteration: the only solver of a component that needs no bounds to start from.
 //!
-//! A policy is evaluated by elimination of states ([`crate::solvers::eliminate`]). It is changed only where another action
+//! A policy is evaluated component by component ([`crate::solvers::chain`]). It is changed only where another action
 //! is better, so policies never get worse, never cycle, and keep leaving the component: an action that is merely as good
 //! is never taken. With fractions, the last policy is optimal, and its values are those of the component.
 //!
@@ -22,8 +22,10 @@
 //! The width is some 1e-14 times the greatest number of steps. Where components are left so rarely that this
 //! is wide, fractions are needed.
 
+use std::ops::Range;
+
 use crate::graphs::meter::{Meter, Stop, Turn};
-use crate::solvers::eliminate::{self, Row};
+use crate::solvers::chain::{self, Chain, spend};
 use crate::solvers::groups::{Entry, greatest, slack};
 use crate::solvers::rows::{GroupBounds, Rows, TINY};
 use meliora_base::error::Result;
@@ -135,6 +137,9 @@ impl<'r, N: Entry> Policies<'r, N> {
 
     /// Replaces the actions of a side of the policy with the values `x` by better ones, in some sweeps of value iteration;
     /// returns whether there are any.
+    ///
+    /// # Errors
+    /// More work is needed than is left; a limit is reached.
     fn change(
         &mut self,
         leads: bool,
@@ -142,7 +147,7 @@ impl<'r, N: Entry> Policies<'r, N> {
         mut x: Vec<N>,
         slack: &N,
         meter: &mut Meter<'_>,
-    ) -> Result<bool> {
+    ) -> Turn<bool> {
         let (rows, before) = (self.rows, self.policy.clone());
         let groups: Vec<usize> = (0..x.len()).filter(|&group| rows.leads(group) == leads).collect();
         for _ in 0..sweeps::<N>() {
@@ -152,6 +157,7 @@ impl<'r, N: Entry> Policies<'r, N> {
                 {
                     meter.step()?;
                     let q = rows.value(action, &constants[action], &x);
+                    spend(&mut self.left, (rows.row(action).len() + 1).saturating_mul(q.work()))?;
                     let is_better = match rows.optima[group] {
                         Optimum::Max => q > x[group].plus(slack),
                         Optimum::Min => x[group] > q.plus(slack),
@@ -194,14 +200,36 @@ impl<'r, N: Entry> Policies<'r, N> {
     /// # Errors
     /// Some group cannot leave the component; more work is needed than is left; a limit is reached.
     pub(crate) fn evaluate(&mut self, constants: &[N], meter: &mut Meter<'_>) -> Turn<Vec<N>> {
-        let row = |&action: &usize| Row {
-            edges: self.rows.row(action).map(|(to, p)| (to, p.clone())).collect(),
-            escape: self.rows.constant(action).escape.clone(),
-        };
         let per_row = constants.len() / self.rows.choices.len().max(1);
         let own = |&action: &usize| &constants[action * per_row..(action + 1) * per_row];
         let own = self.policy.iter().flat_map(own).cloned().collect();
-        eliminate::solve(self.policy.iter().map(row).collect(), own, &mut self.left, meter)
+        let policy = Policy { rows: self.rows, actions: &self.policy };
+        chain::solve(&policy, own, &mut self.left, meter)
+    }
+}
+
+/// The chain of the groups under a policy.
+pub(crate) struct Policy<'r, N> {
+    pub(crate) rows: &'r Rows<N>,
+    /// The action of each group.
+    pub(crate) actions: &'r [usize],
+}
+
+impl<N: Entry> Chain<N> for Policy<'_, N> {
+    fn nodes(&self) -> usize {
+        self.actions.len()
+    }
+
+    fn positions(&self, group: u32) -> Range<u32> {
+        self.rows.positions(self.actions[group as usize])
+    }
+
+    fn edge(&self, position: u32) -> (u32, &N) {
+        self.rows.edge(position)
+    }
+
+    fn escape(&self, group: u32) -> &N {
+        &self.rows.constant(self.actions[group as usize]).escape
     }
 }
 

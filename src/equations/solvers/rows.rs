@@ -265,9 +265,19 @@ impl<N: Entry> Rows<N> {
 
     /// Returns the groups that the edges of an action enter, and their probabilities.
     #[inline]
-    pub(crate) fn row(&self, action: usize) -> impl Iterator<Item = (u32, &N)> {
+    pub(crate) fn row(&self, action: usize) -> impl ExactSizeIterator<Item = (u32, &N)> {
         let edges = self.start[action] as usize..self.start[action + 1] as usize;
         self.to[edges.clone()].iter().copied().zip(&self.probabilities[edges])
+    }
+
+    /// Returns the positions of the edges of an action.
+    pub(crate) fn positions(&self, action: usize) -> Range<u32> {
+        self.start[action]..self.start[action + 1]
+    }
+
+    /// Returns the group that the edge at a position enters, and its probability.
+    pub(crate) fn edge(&self, position: u32) -> (u32, &N) {
+        (self.to[position as usize], &self.probabilities[position as usize])
     }
 
     /// Returns `constant` + Σ p · x of an action.
