@@ -10,7 +10,7 @@ use bitvec::vec::BitVec;
 use num_traits::{One, Zero};
 
 use crate::cost::Cost;
-use crate::facts::{Known, Standing, Test};
+use crate::facts::{Known, Standing};
 use crate::places::{Noted, Place, Places};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
@@ -23,8 +23,6 @@ use meliora_space::weighted::{Code, Codec, Steps, Walk, Walker};
 /// The exploration of a graph.
 pub(crate) struct Explorer<'a, 'm> {
     facts: &'a dyn Known,
-    /// The tests of the arenas in which states were looked up.
-    in_arenas: Vec<Option<Test<'a>>>,
     costs: &'a dyn Cost,
     codec: Codec,
     /// The number of the cost of every step, if all have the same.
@@ -56,17 +54,7 @@ impl<'a, 'm> Explorer<'a, 'm> {
             }
         }
         let cost = costs.constant().map(|cost| graph.fraction(cost));
-        Ok(Explorer {
-            facts,
-            in_arenas: (0..facts.arenas()).map(|_| None).collect(),
-            costs,
-            codec,
-            cost,
-            graph,
-            places,
-            looked: Looked::default(),
-            meter,
-        })
+        Ok(Explorer { facts, costs, codec, cost, graph, places, looked: Looked::default(), meter })
     }
 
     /// Adds the node of a state in its own arena; `None` for states without a class: unsafe states
@@ -106,13 +94,11 @@ impl<'a, 'm> Explorer<'a, 'm> {
     }
 
     /// Returns what an arena knows about a state; nothing is known outside of all arenas.
-    fn standing(&mut self, arena: Option<u32>, state: &[i64]) -> Result<Standing> {
-        let Some(arena) = arena.map(|arena| arena as usize) else { return Ok(Standing::default()) };
-        let test = match &mut self.in_arenas[arena] {
-            Some(test) => test,
-            unknown => unknown.insert(self.facts.in_arena(arena)?),
-        };
-        test.standing(state)
+    fn standing(&self, arena: Option<u32>, state: &[i64]) -> Result<Standing> {
+        match arena {
+            Some(arena) => self.facts.in_arena(arena as usize)?.standing(state),
+            None => Ok(Standing::default()),
+        }
     }
 
     /// Explores all nodes that the nodes so far reach.

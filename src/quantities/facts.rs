@@ -1,5 +1,7 @@
 //! The facts about states that an analysis knows: their classes and the levels that contain them.
 
+use std::cell::OnceCell;
+
 use smallvec::SmallVec;
 
 use meliora_base::error::{Error, Result};
@@ -30,6 +32,8 @@ pub(crate) struct Facts<'a, E: Engine> {
     restricted: Vec<E::States>,
     /// The states in which the opponent of a game chooses.
     theirs: Option<E::States>,
+    /// The tests of the arenas in which states were looked up.
+    tests: Vec<OnceCell<Test<'a>>>,
 }
 
 /// A test for membership in any number of sets.
@@ -112,11 +116,11 @@ pub(crate) trait Known {
     /// Returns the class of a state. Cost: one membership test per class.
     fn class(&self, state: &[i64]) -> Result<Option<u32>>;
 
-    /// Returns the test of the states of an arena.
+    /// Returns the test of the states of an arena, which is built once.
     ///
     /// # Errors
     /// A limit is reached.
-    fn in_arena(&self, arena: usize) -> Result<Test<'_>>;
+    fn in_arena(&self, arena: usize) -> Result<&Test<'_>>;
 
     /// Returns whether an arena keeps a choice of a state.
     fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool>;
@@ -152,7 +156,16 @@ impl<'a, E: Engine> Facts<'a, E> {
         let restricted = |arena: &Arena<E>| analysis.partly_in(&arena.choices);
         let restricted: Vec<_> = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
         let theirs = engine.theirs();
-        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, restricted, theirs })
+        let tests = improvement.arenas.iter().map(|_| OnceCell::new()).collect();
+        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, restricted, theirs, tests })
+    }
+
+    /// Builds the test of the states of an arena.
+    fn test(&self, arena: usize) -> Result<Test<'a>> {
+        let mut sets: Vec<_> = self.classes.list.iter().map(|class| &class.states).collect();
+        sets.push(&self.restricted[arena]);
+        let ladders = [self.spi, self.sasi()].map(|levels| Self::add_levels(levels, arena, &mut sets));
+        Ok(Test { sets: Joined::new(self.engine, &sets)?, classes: self.classes.list.len(), ladders })
     }
 
     /// Returns the levels where P_k = 1.
@@ -206,11 +219,12 @@ impl<E: Engine> Known for Facts<'_, E> {
         Ok(self.classes.of(self.engine, state)?.map(|class| class as u32))
     }
 
-    fn in_arena(&self, arena: usize) -> Result<Test<'_>> {
-        let mut sets: Vec<_> = self.classes.list.iter().map(|class| &class.states).collect();
-        sets.push(&self.restricted[arena]);
-        let ladders = [self.spi, self.sasi()].map(|levels| Self::add_levels(levels, arena, &mut sets));
-        Ok(Test { sets: Joined::new(self.engine, &sets)?, classes: self.classes.list.len(), ladders })
+    fn in_arena(&self, arena: usize) -> Result<&Test<'_>> {
+        let known = &self.tests[arena];
+        match known.get() {
+            Some(test) => Ok(test),
+            None => self.test(arena).map(|test| known.get_or_init(|| test)),
+        }
     }
 
     fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool> {
