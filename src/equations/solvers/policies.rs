@@ -10,8 +10,9 @@
 //! bad for it.
 //!
 //! With doubles, the values x of the last policy are near those of the component, without a claim. So the same equations
-//! are solved again with a margin m that each step gains or pays, some multiple of the rounding error, and one step that
-//! is rounded outwards confirms the solution:
+//! are solved with a margin m that each step gains or pays, some multiple of the rounding error, and one step that is
+//! rounded outwards confirms the solution. For the last policy, that is x ± m · t, where t is the expected number of steps;
+//! if it is not confirmed, the policy is improved with the margin:
 //!
 //! - If B(U) ≤ U for a finite U ≥ 0, the least solution is not above U.
 //! - If L ≤ B(L) for the actions of a policy of the leading side with which no path stays in the component forever without
@@ -26,7 +27,7 @@ use std::ops::Range;
 
 use crate::graphs::meter::{Meter, Stop, Turn};
 use crate::solvers::chain::{self, Chain, spend};
-use crate::solvers::groups::{Entry, greatest, slack};
+use crate::solvers::groups::{Entry, slack};
 use crate::solvers::rows::{GroupBounds, Rows, TINY};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
@@ -268,31 +269,69 @@ impl Policies<'_, f64> {
             return Err(Stop::Never);
         }
         self.begin(seen, budget, meter)?;
-        let upper = self.rows.leader == Optimum::Max;
-        let x = self.improve(&self.rows.constants(upper), slack, meter)?;
-        let mut margin = MARGIN * (self.rows.error * greatest(&x) + TINY);
-        loop {
-            let best = self.with_margin(upper, margin);
-            let mut x = self.improve(&best, |_| margin / MARGIN, meter)?;
-            let other = self.with_margin(!upper, margin);
-            let mut own = self.answered(&other, |_| margin / MARGIN, meter)?;
-            if !own.iter().all(|x| x.is_finite()) {
-                return Err(Stop::Never);
-            }
-            self.smooth(&best, &mut x, meter)?;
-            self.smooth(&other, &mut own, meter)?;
-            let (low, high) = if upper { (own, x) } else { (x, own) };
-            // 0 is a lower bound in any case, also as a part of others.
-            let low = low.into_iter().map(|x| x.max(0.0)).collect();
-            let found = GroupBounds { low, high, picks: self.picks() };
+        if self.rows.choices.len() > self.rows.groups() {
+            self.improve(&self.rows.constants(self.rows.leader == Optimum::Max), slack, meter)?;
+        }
+        let values = self.values_and_steps(meter)?;
+        let most = values.iter().fold(0.0, |most: f64, [best, ..]| most.max(best.abs()));
+        let mut margin = MARGIN * (self.rows.error * most + TINY);
+        let by = if self.rows.leader == Optimum::Max { margin } else { -margin };
+        let mut sides =
+            values.iter().map(|[best, other, steps]| (best + by * steps, other - by * steps)).unzip();
+        for attempt in 0.. {
+            let found = self.smoothed(sides, margin, meter)?;
             if self.holds(&found, meter)? {
                 return Ok(found);
             }
             if !self.rows.is_narrow(&found.low, &found.high) {
-                return Err(Stop::Never);
+                break;
             }
-            margin *= MARGIN;
+            margin *= if attempt > 0 { MARGIN } else { 1.0 };
+            sides = self.improved_by(margin, meter)?;
         }
+        Err(Stop::Never)
+    }
+
+    /// Returns the values of the policy for the bounds of the constants, first those on the side of the leading optimum, and
+    /// the expected number of steps: a margin m of each step adds m times this to a value.
+    fn values_and_steps(&mut self, meter: &mut Meter<'_>) -> Turn<Vec<[f64; 3]>> {
+        let upper = self.rows.leader == Optimum::Max;
+        let [best, other] = [upper, !upper].map(|side| self.rows.constants(side));
+        let constants: Vec<f64> =
+            best.iter().zip(&other).flat_map(|(&best, &other)| [best, other, 1.0]).collect();
+        let found = self.evaluate(&constants, meter)?;
+        match found.iter().all(|x| x.is_finite()) {
+            true => Ok(found.as_chunks::<3>().0.to_vec()),
+            false => Err(Stop::Never),
+        }
+    }
+
+    /// Improves the policy where each step gains or pays a margin; returns its values, and those of the leading side against
+    /// the best answers for a margin of the other sign.
+    fn improved_by(&mut self, margin: f64, meter: &mut Meter<'_>) -> Turn<(Vec<f64>, Vec<f64>)> {
+        let upper = self.rows.leader == Optimum::Max;
+        let best = self.improve(&self.with_margin(upper, margin), |_| margin / MARGIN, meter)?;
+        let other = self.answered(&self.with_margin(!upper, margin), |_| margin / MARGIN, meter)?;
+        match other.iter().all(|x| x.is_finite()) {
+            true => Ok((best, other)),
+            false => Err(Stop::Never),
+        }
+    }
+
+    /// Returns the values on both sides as bounds, after some sweeps with the margin of a step.
+    fn smoothed(
+        &self,
+        (mut best, mut other): (Vec<f64>, Vec<f64>),
+        margin: f64,
+        meter: &mut Meter<'_>,
+    ) -> Result<GroupBounds> {
+        let upper = self.rows.leader == Optimum::Max;
+        self.smooth(&self.with_margin(upper, margin), &mut best, meter)?;
+        self.smooth(&self.with_margin(!upper, margin), &mut other, meter)?;
+        let (low, high) = if upper { (other, best) } else { (best, other) };
+        // 0 is a lower bound in any case, also as a part of others.
+        let low = low.into_iter().map(|x| x.max(0.0)).collect();
+        Ok(GroupBounds { low, high, picks: self.picks() })
     }
 
     /// Returns the bounds of the constants, moved outwards by a margin. In a component of both sides, the upper bound of an
