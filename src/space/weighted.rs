@@ -114,7 +114,7 @@ pub trait Walk: Send {
     /// A command has no meaning in the state, or there are too many choices.
     fn steps(&mut self, state: &[u64], fractions: &mut Fractions, into: &mut Steps) -> Result<()>;
 
-    /// Lists the choices of a state for [`Walk::taken`], without their successors.
+    /// Lists the choices of a state for [`Walk::taken`] and [`Walk::combinations`], without their successors.
     ///
     /// # Errors
     /// A guard or a probability has no meaning in the state.
@@ -122,6 +122,13 @@ pub trait Walk: Send {
 
     /// Returns a choice of the state of the last [`Walk::steps`] or [`Walk::enable`], by its position.
     fn taken(&self, position: usize) -> Taken;
+
+    /// Returns the combinations of commands that are enabled in the state of the last [`Walk::enable`], in the order of
+    /// [`Program::steps`].
+    fn combinations(&self) -> Vec<Combination>;
+
+    /// Returns the number of this list: states with the same number have the same one. `None` if there are too many.
+    fn list(&mut self) -> Option<u32>;
 
     /// Returns the names of the choices of a state, as [`Program::choices`] does.
     ///
@@ -137,8 +144,10 @@ struct PackedWalk<'w, const W: usize> {
     weigher: Weigher<'w>,
     /// The successors of a choice.
     successors: Vec<([u64; W], u32)>,
-    /// The names of choices that are enabled together, by [`Stepper::key_into`].
-    names: AHashMap<Box<[u32]>, Vec<String>>,
+    /// The numbers of lists of choices that are enabled together, by [`Stepper::key_into`].
+    lists: AHashMap<Box<[u32]>, u32>,
+    /// The names of the choices of a list, after those of the last list without a number.
+    names: Vec<Vec<String>>,
     key: Vec<u32>,
 }
 
@@ -189,16 +198,34 @@ impl<const W: usize> Walk for PackedWalk<'_, W> {
         Taken { choice: Choice::Combination { synchronisation, commands }, combinations }
     }
 
+    fn combinations(&self) -> Vec<Combination> {
+        let of = |&index: &usize| {
+            (0..self.stepper.combinations(index)).map(move |number| self.combination(index, number))
+        };
+        self.stepper.active.iter().flat_map(of).collect()
+    }
+
+    fn list(&mut self) -> Option<u32> {
+        self.stepper.key_into(&mut self.key);
+        let new = self.lists.len();
+        match self.lists.get(&self.key[..]) {
+            Some(&known) => Some(known),
+            None if new == MOST => None,
+            None => {
+                self.lists.insert(self.key.as_slice().into(), new as u32);
+                Some(new as u32)
+            }
+        }
+    }
+
     fn names(&mut self, state: &[u64]) -> Result<&[String]> {
         self.enable(state)?;
-        self.stepper.key_into(&mut self.key);
-        if !self.names.contains_key(&self.key[..]) {
-            if self.names.len() == MOST {
-                self.names.clear();
-            }
-            self.names.insert(self.key.as_slice().into(), self.listed_names());
+        let at = self.list().map_or(0, |list| list as usize + 1);
+        self.names.resize(self.names.len().max(at + 1), Vec::new());
+        if at == 0 || self.names[at].is_empty() {
+            self.names[at] = names_of(self.program, &self.combinations());
         }
-        Ok(self.names.get(&self.key[..]).map_or(&[], Vec::as_slice))
+        Ok(&self.names[at])
     }
 }
 
@@ -211,27 +238,15 @@ impl<'w, const W: usize> PackedWalk<'w, W> {
             stepper: Stepper::new(prepared),
             weigher: Weigher::new(program, prepared),
             successors: Vec::new(),
-            names: AHashMap::new(),
+            lists: AHashMap::new(),
+            names: Vec::new(),
             key: Vec::new(),
         }
-    }
-
-    /// Returns the names of the choices of the current state.
-    fn listed_names(&self) -> Vec<String> {
-        names_of(self.program, &self.combinations())
     }
 
     fn combination(&self, synchronisation: usize, number: usize) -> Combination {
         let commands = self.stepper.combination(synchronisation, number);
         (synchronisation, commands.into_iter().map(CommandId).collect())
-    }
-
-    /// Returns the combinations of commands that are enabled, in the order of [`Program::steps`].
-    fn combinations(&self) -> Vec<Combination> {
-        let of = |&index: &usize| {
-            (0..self.stepper.combinations(index)).map(move |number| self.combination(index, number))
-        };
-        self.stepper.active.iter().flat_map(of).collect()
     }
 }
 

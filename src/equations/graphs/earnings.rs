@@ -91,7 +91,14 @@ impl<'a> Earnings<'a> {
             let of_choice = |at| earned.of_choices.get(at).copied().unwrap_or(earned.of_state);
             positions.for_each(|at| rewards.of_choice.push(of_choice(at)));
         };
-        let list = if self.by_state { Some(0) } else { self.arena.list(number) };
+        let list = match &mut self.walk {
+            _ if self.by_state => Some(0),
+            Some(walk) => {
+                walk.enable(self.arena.code(number))?;
+                walk.list()
+            }
+            None => self.arena.list(number),
+        };
         let values = || self.variables.iter().map(|variable| state[variable.index()]).collect();
         let key = list.map(|list| (list, values()));
         if let Some(known) = key.as_ref().and_then(|key| self.known.get(key)) {
@@ -113,21 +120,16 @@ impl<'a> Earnings<'a> {
             Ok(fractions.number(reward))
         };
         let of_state = reward(&[])?;
-        let of_choices = match (&mut self.walk, self.arena.list(number)) {
-            _ if self.by_state => Vec::new(),
-            (Some(walk), _) => {
-                walk.enable(arena.code(number))?;
-                let last = arena.choices.of(number as u32).last().map(|choice| arena.position(choice));
-                let positions = 0..last.map_or(0, |last| last + 1);
-                positions.map(|at| reward(&walk.taken(at).combinations)).collect::<Result<_>>()?
-            }
-            (None, list) => {
-                let kept = arena.kept_choices().zip(list);
-                let all = kept.map_or_else(Vec::new, |(kept, list)| kept.combinations(program, list));
-                let count = if program.kind == ModelKind::Dtmc { 1 } else { all.len() };
-                (0..count).map(|at| reward(drawn(program, &all, at))).collect::<Result<_>>()?
+        let all = match &self.walk {
+            _ if self.by_state => return Ok(Earned { of_state, of_choices: Vec::new() }),
+            Some(walk) => walk.combinations(),
+            None => {
+                let kept = arena.kept_choices().zip(arena.list(number));
+                kept.map_or_else(Vec::new, |(kept, list)| kept.combinations(program, list))
             }
         };
+        let count = if program.kind == ModelKind::Dtmc { 1 } else { all.len() };
+        let of_choices = (0..count).map(|at| reward(drawn(program, &all, at))).collect::<Result<_>>()?;
         Ok(Earned { of_state, of_choices })
     }
 }
