@@ -28,7 +28,7 @@ use std::ops::Range;
 use crate::graphs::meter::{Meter, Stop, Turn};
 use crate::solvers::chain::{self, Chain, spend};
 use crate::solvers::groups::{Entry, slack};
-use crate::solvers::rows::{GroupBounds, Rows, TINY};
+use crate::solvers::rows::{Constant, GroupBounds, Rows, TINY};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
 use meliora_base::number::{Number, Weight};
@@ -42,6 +42,9 @@ pub(crate) const SWEEPS: usize = 8;
 
 /// The margin of a step, in rounding errors, that is tried first, and the factor for the next attempts.
 pub(crate) const MARGIN: f64 = 4.0;
+
+/// Values of the groups, first on the side of the leading optimum.
+type Both = (Vec<f64>, Vec<f64>);
 
 /// Policy iteration, which continues in each turn with the policy of the last one.
 pub(crate) struct Policies<'r, N> {
@@ -203,7 +206,11 @@ impl<'r, N: Entry> Policies<'r, N> {
     pub(crate) fn evaluate(&mut self, constants: &[N], meter: &mut Meter<'_>) -> Turn<Vec<N>> {
         let per_row = constants.len() / self.rows.choices.len().max(1);
         let own = |&action: &usize| &constants[action * per_row..(action + 1) * per_row];
-        let own = self.policy.iter().flat_map(own).cloned().collect();
+        self.solved(self.policy.iter().flat_map(own).cloned().collect(), meter)
+    }
+
+    /// Does the same for constants of the actions of the policy.
+    fn solved(&mut self, own: Vec<N>, meter: &mut Meter<'_>) -> Turn<Vec<N>> {
         let policy = Policy { rows: self.rows, actions: &self.policy };
         chain::solve(&policy, own, &mut self.left, meter)
     }
@@ -272,12 +279,7 @@ impl Policies<'_, f64> {
         if self.rows.choices.len() > self.rows.groups() {
             self.improve(&self.rows.constants(self.rows.leader == Optimum::Max), slack, meter)?;
         }
-        let values = self.values_and_steps(meter)?;
-        let most = values.iter().fold(0.0, |most: f64, [best, ..]| most.max(best.abs()));
-        let mut margin = MARGIN * (self.rows.error * most + TINY);
-        let by = if self.rows.leader == Optimum::Max { margin } else { -margin };
-        let mut sides =
-            values.iter().map(|[best, other, steps]| (best + by * steps, other - by * steps)).unzip();
+        let (mut margin, mut sides) = self.moved(meter)?;
         for attempt in 0.. {
             let found = self.smoothed(sides, margin, meter)?;
             if self.holds(&found, meter)? {
@@ -292,23 +294,29 @@ impl Policies<'_, f64> {
         Err(Stop::Never)
     }
 
-    /// Returns the values of the policy for the bounds of the constants, first those on the side of the leading optimum, and
-    /// the expected number of steps: a margin m of each step adds m times this to a value.
-    fn values_and_steps(&mut self, meter: &mut Meter<'_>) -> Turn<Vec<[f64; 3]>> {
+    /// Returns a margin of some rounding errors, and the values of the policy where each step gains or pays it: they are moved
+    /// by the margin times the expected number of steps.
+    fn moved(&mut self, meter: &mut Meter<'_>) -> Turn<(f64, Both)> {
         let upper = self.rows.leader == Optimum::Max;
-        let [best, other] = [upper, !upper].map(|side| self.rows.constants(side));
-        let constants: Vec<f64> =
-            best.iter().zip(&other).flat_map(|(&best, &other)| [best, other, 1.0]).collect();
-        let found = self.evaluate(&constants, meter)?;
-        match found.iter().all(|x| x.is_finite()) {
-            true => Ok(found.as_chunks::<3>().0.to_vec()),
-            false => Err(Stop::Never),
+        let own = |&action: &usize| {
+            let &Constant { low, high, .. } = self.rows.constant(action);
+            if upper { [high, low, 1.0] } else { [low, high, 1.0] }
+        };
+        let found = self.solved(self.policy.iter().flat_map(own).collect(), meter)?;
+        if !found.iter().all(|x| x.is_finite()) {
+            return Err(Stop::Never);
         }
+        let values = found.as_chunks::<3>().0;
+        let most = values.iter().fold(0.0, |most: f64, [best, ..]| most.max(best.abs()));
+        let margin = MARGIN * (self.rows.error * most + TINY);
+        let by = if upper { margin } else { -margin };
+        let sides = values.iter().map(|[best, other, steps]| (best + by * steps, other - by * steps));
+        Ok((margin, sides.unzip()))
     }
 
     /// Improves the policy where each step gains or pays a margin; returns its values, and those of the leading side against
     /// the best answers for a margin of the other sign.
-    fn improved_by(&mut self, margin: f64, meter: &mut Meter<'_>) -> Turn<(Vec<f64>, Vec<f64>)> {
+    fn improved_by(&mut self, margin: f64, meter: &mut Meter<'_>) -> Turn<Both> {
         let upper = self.rows.leader == Optimum::Max;
         let best = self.improve(&self.with_margin(upper, margin), |_| margin / MARGIN, meter)?;
         let other = self.answered(&self.with_margin(!upper, margin), |_| margin / MARGIN, meter)?;
@@ -321,7 +329,7 @@ impl Policies<'_, f64> {
     /// Returns the values on both sides as bounds, after some sweeps with the margin of a step.
     fn smoothed(
         &self,
-        (mut best, mut other): (Vec<f64>, Vec<f64>),
+        (mut best, mut other): Both,
         margin: f64,
         meter: &mut Meter<'_>,
     ) -> Result<GroupBounds> {
