@@ -96,7 +96,7 @@ impl<'a, 'm> Explorer<'a, 'm> {
     /// Returns what an arena knows about a state; nothing is known outside of all arenas.
     fn standing(&self, arena: Option<u32>, state: &[i64]) -> Result<Standing> {
         match arena {
-            Some(arena) => self.facts.in_arena(arena as usize)?.standing(state),
+            Some(arena) => self.facts.standing(arena as usize, state),
             None => Ok(Standing::default()),
         }
     }

@@ -68,7 +68,7 @@ struct Ladder {
 
 /// The test of the states of an arena for membership in the classes, in its restricted states, and in its levels of SPI and
 /// of SASI, each with the fixpoint first.
-pub(crate) struct Test<'e> {
+struct Test<'e> {
     sets: Joined<'e>,
     classes: usize,
     ladders: [Ladder; 2],
@@ -76,7 +76,7 @@ pub(crate) struct Test<'e> {
 
 impl Test<'_> {
     /// Returns the class of a state, and what the arena knows about it. Cost: one membership test.
-    pub(crate) fn standing(&self, state: &[i64]) -> Result<Standing> {
+    fn standing(&self, state: &[i64]) -> Result<Standing> {
         let marks = self.sets.of(state)?;
         let has = |set: usize| marks[set / membership::MOST] >> (set % membership::MOST) & 1 == 1;
         let class = (0..self.classes).find(|&class| has(class)).map(|class| class as u32);
@@ -116,11 +116,11 @@ pub(crate) trait Known {
     /// Returns the class of a state. Cost: one membership test per class.
     fn class(&self, state: &[i64]) -> Result<Option<u32>>;
 
-    /// Returns the test of the states of an arena, which is built once.
+    /// Returns what an arena knows about a state. Cost: one membership test; the first one in an arena builds it.
     ///
     /// # Errors
     /// A limit is reached.
-    fn in_arena(&self, arena: usize) -> Result<&Test<'_>>;
+    fn standing(&self, arena: usize, state: &[i64]) -> Result<Standing>;
 
     /// Returns whether an arena keeps a choice of a state.
     fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool>;
@@ -219,12 +219,16 @@ impl<E: Engine> Known for Facts<'_, E> {
         Ok(self.classes.of(self.engine, state)?.map(|class| class as u32))
     }
 
-    fn in_arena(&self, arena: usize) -> Result<&Test<'_>> {
+    fn standing(&self, arena: usize, state: &[i64]) -> Result<Standing> {
         let known = &self.tests[arena];
-        match known.get() {
-            Some(test) => Ok(test),
-            None => self.test(arena).map(|test| known.get_or_init(|| test)),
-        }
+        let test = match known.get() {
+            Some(test) => test,
+            None => {
+                let test = self.test(arena)?;
+                known.get_or_init(|| test)
+            }
+        };
+        test.standing(state)
     }
 
     fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool> {

@@ -105,7 +105,7 @@ impl<'a> Earnings<'a> {
             push(known);
             return Ok(());
         }
-        let earned = self.computed(number, state, &mut rewards.fractions)?;
+        let earned = self.computed(list, state, &mut rewards.fractions)?;
         push(&earned);
         if let Some(key) = key.filter(|_| self.known.len() < MOST) {
             self.known.insert(key, earned);
@@ -113,7 +113,8 @@ impl<'a> Earnings<'a> {
         Ok(())
     }
 
-    fn computed(&mut self, number: usize, state: &State, fractions: &mut Fractions) -> Result<Earned> {
+    /// Returns the rewards of a state and its choices, which have this list if the engine keeps them.
+    fn computed(&self, list: Option<u32>, state: &State, fractions: &mut Fractions) -> Result<Earned> {
         let (arena, program) = (self.arena, self.arena.program);
         let mut reward = |combinations: &[Combination]| {
             let reward = program.signed_reward_of(self.structure, state, combinations)?;
@@ -124,7 +125,7 @@ impl<'a> Earnings<'a> {
             _ if self.by_state => return Ok(Earned { of_state, of_choices: Vec::new() }),
             Some(walk) => walk.combinations(),
             None => {
-                let kept = arena.kept_choices().zip(arena.list(number));
+                let kept = arena.kept_choices().zip(list);
                 kept.map_or_else(Vec::new, |(kept, list)| kept.combinations(program, list))
             }
         };

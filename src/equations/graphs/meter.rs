@@ -132,3 +132,12 @@ impl From<Error> for Stop {
 
 /// The result of a method after a turn.
 pub(crate) type Turn<T> = std::result::Result<T, Stop>;
+
+/// Takes some work from the rest of a turn.
+///
+/// # Errors
+/// More is needed: later.
+pub(crate) fn spend(left: &mut usize, work: usize) -> Turn<()> {
+    *left = left.checked_sub(work).ok_or(Stop::Later)?;
+    Ok(())
+}

@@ -8,12 +8,12 @@
 use std::ops::Range;
 
 use crate::graphs::graph::NONE;
-use crate::graphs::meter::{Meter, Stop, Turn};
+use crate::graphs::meter::{Meter, Stop, Turn, spend};
 use crate::solvers::components::{self, Successors};
 use crate::solvers::eliminate::{self, Row};
 use meliora_base::number::Weight;
 
-/// The edges of a Markov chain; none leads back to its node.
+/// The edges of a Markov chain. Those of a node are in the order of the nodes that they enter, which it is not one of.
 pub(crate) trait Chain<N> {
     /// Returns the number of nodes.
     fn nodes(&self) -> usize;
@@ -92,15 +92,6 @@ pub(crate) fn solve<N: Weight>(
     });
     meter.release_to(before);
     end.map(|()| part.values)
-}
-
-/// Takes some work from the rest.
-///
-/// # Errors
-/// More is needed: later.
-pub(crate) fn spend(left: &mut usize, work: usize) -> Turn<()> {
-    *left = left.checked_sub(work).ok_or(Stop::Later)?;
-    Ok(())
 }
 
 /// The solution of some components.

@@ -9,7 +9,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::graphs::meter::{Meter, Stop, Turn};
+use crate::graphs::meter::{Meter, Stop, Turn, spend};
 use meliora_base::error::Result;
 use meliora_base::number::Weight;
 
@@ -124,10 +124,7 @@ impl<N: Weight> Elimination<N> {
             if leaving.is_zero() {
                 return Err(Stop::Never);
             }
-            let Some(less) = left.checked_sub(cost.saturating_mul(leaving.work())) else {
-                return Err(Stop::Later);
-            };
-            *left = less;
+            spend(left, cost.saturating_mul(leaving.work()))?;
             self.eliminate(node, leaving, meter)?;
             self.order.push(node);
         }

@@ -88,8 +88,8 @@ pub(crate) fn slack(x: &[f64]) -> f64 {
 }
 
 /// Returns the greatest distance from 0.
-pub(crate) fn greatest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |most, x| x.abs().max(most))
+pub(crate) fn greatest<'x>(x: impl IntoIterator<Item = &'x f64>) -> f64 {
+    x.into_iter().fold(0.0, |most, x| x.abs().max(most))
 }
 
 /// The equation of a choice.

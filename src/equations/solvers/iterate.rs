@@ -19,7 +19,7 @@
 //! A. Hartmanns and B. Kaminski, "Optimistic value iteration" (CAV 2020).
 
 use crate::graphs::graph::NONE;
-use crate::graphs::meter::{Meter, Stop, Turn};
+use crate::graphs::meter::{Meter, Stop, Turn, spend};
 use crate::solvers::policies::{MARGIN, SWEEPS};
 use crate::solvers::rows::{GroupBounds, Rows, TINY};
 use meliora_base::interval::PRECISION;
@@ -137,8 +137,7 @@ impl<'s> Iteration<'s> {
 
     /// Counts a sweep.
     fn spend(&mut self) -> Turn<()> {
-        self.left = self.left.checked_sub(self.sparse.entries()).ok_or(Stop::Later)?;
-        Ok(())
+        spend(&mut self.left, self.sparse.entries())
     }
 
     /// Iterates the lower bounds once; returns the greatest change.

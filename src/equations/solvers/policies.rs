@@ -25,9 +25,9 @@
 
 use std::ops::Range;
 
-use crate::graphs::meter::{Meter, Stop, Turn};
-use crate::solvers::chain::{self, Chain, spend};
-use crate::solvers::groups::{Entry, slack};
+use crate::graphs::meter::{Meter, Stop, Turn, spend};
+use crate::solvers::chain::{self, Chain};
+use crate::solvers::groups::{Entry, greatest, slack};
 use crate::solvers::rows::{Constant, GroupBounds, Rows, TINY};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
@@ -279,19 +279,17 @@ impl Policies<'_, f64> {
         if self.rows.choices.len() > self.rows.groups() {
             self.improve(&self.rows.constants(self.rows.leader == Optimum::Max), slack, meter)?;
         }
-        let (mut margin, mut sides) = self.moved(meter)?;
-        for attempt in 0.. {
-            let found = self.smoothed(sides, margin, meter)?;
-            if self.holds(&found, meter)? {
-                return Ok(found);
-            }
+        let (mut margin, sides) = self.moved(meter)?;
+        let mut found = self.smoothed(sides, margin, meter)?;
+        while !self.holds(&found, meter)? {
             if !self.rows.is_narrow(&found.low, &found.high) {
-                break;
+                return Err(Stop::Never);
             }
-            margin *= if attempt > 0 { MARGIN } else { 1.0 };
-            sides = self.improved_by(margin, meter)?;
+            let sides = self.improved_by(margin, meter)?;
+            found = self.smoothed(sides, margin, meter)?;
+            margin *= MARGIN;
         }
-        Err(Stop::Never)
+        Ok(found)
     }
 
     /// Returns a margin of some rounding errors, and the values of the policy where each step gains or pays it: they are moved
@@ -307,8 +305,7 @@ impl Policies<'_, f64> {
             return Err(Stop::Never);
         }
         let values = found.as_chunks::<3>().0;
-        let most = values.iter().fold(0.0, |most: f64, [best, ..]| most.max(best.abs()));
-        let margin = MARGIN * (self.rows.error * most + TINY);
+        let margin = MARGIN * (self.rows.error * greatest(values.iter().map(|[best, ..]| best)) + TINY);
         let by = if upper { margin } else { -margin };
         let sides = values.iter().map(|[best, other, steps]| (best + by * steps, other - by * steps));
         Ok((margin, sides.unzip()))
