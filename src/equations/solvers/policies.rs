@@ -84,31 +84,32 @@ impl<'r, N: Entry> Policies<'r, N> {
         Ok(())
     }
 
-    /// Improves the policy until no action is better by more than `slack` of the values, with these constants of the
-    /// actions; returns its values.
+    /// Improves the policy until no action is better by more than `slack` of the values; returns its values. `constant`
+    /// returns the constant of an action.
     ///
     /// # Errors
     /// Some group cannot leave the component, or the policy does not settle; more work is needed than is left; a limit is
     /// reached.
     pub(crate) fn improve(
         &mut self,
-        constants: &[N],
+        constant: impl Fn(usize) -> N,
         slack: impl Fn(&[N]) -> N,
         meter: &mut Meter<'_>,
     ) -> Turn<Vec<N>> {
-        self.improve_sides(&[false, true], constants, slack, meter)
+        self.improve_sides(&[false, true], &constant, slack, meter)
     }
 
     /// Does the same for some sides: the leading one (true) is changed where the other one (false) is not.
     fn improve_sides(
         &mut self,
         sides: &[bool],
-        constants: &[N],
+        constant: &impl Fn(usize) -> N,
         slack: impl Fn(&[N]) -> N,
         meter: &mut Meter<'_>,
     ) -> Turn<Vec<N>> {
         for _ in 0..rounds::<N>() {
-            let x = match self.evaluate(constants, meter) {
+            let own = self.policy.iter().map(|&action| constant(action)).collect();
+            let mut x = match self.evaluate(own, meter) {
                 Err(Stop::Never) => {
                     self.policy = self.other_leaving(meter)?.ok_or(Stop::Never)?;
                     continue;
@@ -120,7 +121,7 @@ impl<'r, N: Entry> Policies<'r, N> {
             }
             let (slack, mut changed) = (slack(&x), false);
             for &leads in sides {
-                changed = changed || self.change(leads, constants, x.clone(), &slack, meter)?;
+                changed = changed || self.change(leads, constant, &mut x, &slack, meter)?;
             }
             if !changed {
                 return Ok(x);
@@ -140,27 +141,26 @@ impl<'r, N: Entry> Policies<'r, N> {
     }
 
     /// Replaces the actions of a side of the policy with the values `x` by better ones, in some sweeps of value iteration;
-    /// returns whether there are any.
+    /// returns whether there are any: else no value has changed.
     ///
     /// # Errors
     /// More work is needed than is left; a limit is reached.
     fn change(
         &mut self,
         leads: bool,
-        constants: &[N],
-        mut x: Vec<N>,
+        constant: &impl Fn(usize) -> N,
+        x: &mut [N],
         slack: &N,
         meter: &mut Meter<'_>,
     ) -> Turn<bool> {
-        let (rows, before) = (self.rows, self.policy.clone());
-        let groups: Vec<usize> = (0..x.len()).filter(|&group| rows.leads(group) == leads).collect();
+        let (rows, mut changed) = (self.rows, false);
         for _ in 0..sweeps::<N>() {
             let mut settled = true;
-            for &group in &groups {
+            for group in (0..x.len()).filter(|&group| rows.leads(group) == leads) {
                 for action in rows.actions(group).filter(|_| rows.actions(group).len() > 1 || !N::Read::EXACT)
                 {
                     meter.step()?;
-                    let q = rows.value(action, &constants[action], &x);
+                    let q = rows.value(action, constant(action), x);
                     spend(&mut self.left, (rows.row(action).len() + 1).saturating_mul(q.work()))?;
                     let is_better = match rows.optima[group] {
                         Optimum::Max => q > x[group].plus(slack),
@@ -174,19 +174,20 @@ impl<'r, N: Entry> Policies<'r, N> {
             if settled {
                 break;
             }
+            changed = true;
         }
-        Ok(self.policy != before)
+        Ok(changed)
     }
 
     /// Returns the values of the policy of the leading side against the best answers, for other constants of the actions.
     fn answered(
         &mut self,
-        constants: &[N],
+        constant: impl Fn(usize) -> N,
         slack: impl Fn(&[N]) -> N,
         meter: &mut Meter<'_>,
     ) -> Turn<Vec<N>> {
         let policy = self.policy.clone();
-        let found = self.improve_sides(&[false], constants, slack, meter);
+        let found = self.improve_sides(&[false], &constant, slack, meter);
         match self
             .policy
             .iter()
@@ -199,18 +200,11 @@ impl<'r, N: Entry> Policies<'r, N> {
         }
     }
 
-    /// Returns the values of the policy for some constants of the actions: one or several of each.
+    /// Returns the values of the policy for the constants of its actions: one or several of each.
     ///
     /// # Errors
     /// Some group cannot leave the component; more work is needed than is left; a limit is reached.
-    pub(crate) fn evaluate(&mut self, constants: &[N], meter: &mut Meter<'_>) -> Turn<Vec<N>> {
-        let per_row = constants.len() / self.rows.choices.len().max(1);
-        let own = |&action: &usize| &constants[action * per_row..(action + 1) * per_row];
-        self.solved(self.policy.iter().flat_map(own).cloned().collect(), meter)
-    }
-
-    /// Does the same for constants of the actions of the policy.
-    fn solved(&mut self, own: Vec<N>, meter: &mut Meter<'_>) -> Turn<Vec<N>> {
+    pub(crate) fn evaluate(&mut self, own: Vec<N>, meter: &mut Meter<'_>) -> Turn<Vec<N>> {
         let policy = Policy { rows: self.rows, actions: &self.policy };
         chain::solve(&policy, own, &mut self.left, meter)
     }
@@ -255,18 +249,21 @@ impl Policies<'_, Ratio> {
         self.begin(seen, budget, meter)?;
         // No policy of the leading side is beyond the values on the side of its optimum.
         let upper = self.rows.leader == Optimum::Max;
-        let [best, other] = [upper, !upper].map(|side| self.rows.constants(side));
-        let x = self.improve(&best, |_| Ratio::zero(), meter)?;
+        let rows = self.rows;
+        let x = self.improve(|action| rows.bound(action, upper).clone(), |_| Ratio::zero(), meter)?;
         if !self.rows.proceeds(&self.policy, meter)? {
             return Err(Stop::Never);
         }
-        let own = if best == other { x.clone() } else { self.answered(&other, |_| Ratio::zero(), meter)? };
+        let own = match rows.has_points() {
+            true => x.clone(),
+            false => self.answered(|action| rows.bound(action, !upper).clone(), |_| Ratio::zero(), meter)?,
+        };
         let (low, high) = if upper { (own, x) } else { (x, own) };
         Ok(GroupBounds { low, high, picks: self.picks() })
     }
 }
 
-impl Policies<'_, f64> {
+impl<'r> Policies<'r, f64> {
     /// Looks for bounds of the groups, which may be wide; see [`Policies::begin`] for `seen`.
     ///
     /// # Errors
@@ -277,7 +274,8 @@ impl Policies<'_, f64> {
         }
         self.begin(seen, budget, meter)?;
         if self.rows.choices.len() > self.rows.groups() {
-            self.improve(&self.rows.constants(self.rows.leader == Optimum::Max), slack, meter)?;
+            let (rows, upper) = (self.rows, self.rows.leader == Optimum::Max);
+            self.improve(|action| *rows.bound(action, upper), slack, meter)?;
         }
         let (mut margin, sides) = self.moved(meter)?;
         let mut found = self.smoothed(sides, margin, meter)?;
@@ -300,7 +298,7 @@ impl Policies<'_, f64> {
             let &Constant { low, high, .. } = self.rows.constant(action);
             if upper { [high, low, 1.0] } else { [low, high, 1.0] }
         };
-        let found = self.solved(self.policy.iter().flat_map(own).collect(), meter)?;
+        let found = self.evaluate(self.policy.iter().flat_map(own).collect(), meter)?;
         if !found.iter().all(|x| x.is_finite()) {
             return Err(Stop::Never);
         }
@@ -315,8 +313,8 @@ impl Policies<'_, f64> {
     /// the best answers for a margin of the other sign.
     fn improved_by(&mut self, margin: f64, meter: &mut Meter<'_>) -> Turn<Both> {
         let upper = self.rows.leader == Optimum::Max;
-        let best = self.improve(&self.with_margin(upper, margin), |_| margin / MARGIN, meter)?;
-        let other = self.answered(&self.with_margin(!upper, margin), |_| margin / MARGIN, meter)?;
+        let best = self.improve(self.with_margin(upper, margin), |_| margin / MARGIN, meter)?;
+        let other = self.answered(self.with_margin(!upper, margin), |_| margin / MARGIN, meter)?;
         match other.iter().all(|x| x.is_finite()) {
             true => Ok((best, other)),
             false => Err(Stop::Never),
@@ -331,33 +329,33 @@ impl Policies<'_, f64> {
         meter: &mut Meter<'_>,
     ) -> Result<GroupBounds> {
         let upper = self.rows.leader == Optimum::Max;
-        self.smooth(&self.with_margin(upper, margin), &mut best, meter)?;
-        self.smooth(&self.with_margin(!upper, margin), &mut other, meter)?;
+        self.smooth(self.with_margin(upper, margin), &mut best, meter)?;
+        self.smooth(self.with_margin(!upper, margin), &mut other, meter)?;
         let (low, high) = if upper { (other, best) } else { (best, other) };
         // 0 is a lower bound in any case, also as a part of others.
         let low = low.into_iter().map(|x| x.max(0.0)).collect();
         Ok(GroupBounds { low, high, picks: self.picks() })
     }
 
-    /// Returns the bounds of the constants, moved outwards by a margin. In a component of both sides, the upper bound of an
-    /// action with one successor needs none: where both can stay, each step would have to be better than the one before.
-    fn with_margin(&self, upper: bool, margin: f64) -> Vec<f64> {
-        let by = if upper { margin } else { -margin };
-        let spares_copies = upper && self.rows.is_mixed();
-        let moved = |(action, constant)| match spares_copies && self.rows.copies(action) {
-            true => constant,
-            false => constant + by,
-        };
-        self.rows.constants(upper).into_iter().enumerate().map(moved).collect()
+    /// Returns the bound of the constant of each action, moved outwards by a margin. In a component of both sides, the upper
+    /// bound of an action with one successor needs none: where both can stay, each step would have to be better than the one
+    /// before.
+    fn with_margin(&self, upper: bool, margin: f64) -> impl Fn(usize) -> f64 + use<'r> {
+        let (rows, by) = (self.rows, if upper { margin } else { -margin });
+        let spares_copies = upper && rows.is_mixed();
+        move |action| match spares_copies && rows.copies(action) {
+            true => *rows.bound(action, upper),
+            false => rows.bound(action, upper) + by,
+        }
     }
 
     /// Replaces the values of the policy by those that its equations yield. Along the elimination, errors of rounding
     /// add up; what counts is only by how much each equation is missed.
-    fn smooth(&self, constants: &[f64], x: &mut [f64], meter: &mut Meter<'_>) -> Result<()> {
+    fn smooth(&self, constant: impl Fn(usize) -> f64, x: &mut [f64], meter: &mut Meter<'_>) -> Result<()> {
         for _ in 0..SWEEPS {
             for (group, &action) in self.policy.iter().enumerate() {
                 meter.step()?;
-                x[group] = self.rows.value(action, &constants[action], x);
+                x[group] = self.rows.value(action, constant(action), x);
             }
         }
         Ok(())

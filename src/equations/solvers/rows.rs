@@ -257,10 +257,16 @@ impl<N: Entry> Rows<N> {
         &self.constants[self.constant_of[action] as usize]
     }
 
-    /// Returns the lower or the upper bounds of the constants of all actions.
-    pub(crate) fn constants(&self, upper: bool) -> Vec<N> {
-        let side = |own: &Constant<N>| if upper { own.high.clone() } else { own.low.clone() };
-        (0..self.choices.len()).map(|action| side(self.constant(action))).collect()
+    /// Returns the lower or the upper bound of the constant of an action.
+    #[inline]
+    pub(crate) fn bound(&self, action: usize, upper: bool) -> &N {
+        let Constant { low, high, .. } = self.constant(action);
+        if upper { high } else { low }
+    }
+
+    /// Returns whether both bounds of each constant are the same.
+    pub(crate) fn has_points(&self) -> bool {
+        self.constants.iter().all(|own| own.low == own.high)
     }
 
     /// Returns the groups that the edges of an action enter, and their probabilities.
@@ -282,8 +288,8 @@ impl<N: Entry> Rows<N> {
 
     /// Returns `constant` + Σ p · x of an action.
     #[inline]
-    pub(crate) fn value(&self, action: usize, constant: &N, x: &[N]) -> N {
-        self.row(action).fold(constant.clone(), |sum, (to, p)| sum.plus(&p.times(&x[to as usize])))
+    pub(crate) fn value(&self, action: usize, constant: N, x: &[N]) -> N {
+        self.row(action).fold(constant, |sum, (to, p)| sum.plus(&p.times(&x[to as usize])))
     }
 
     /// Returns a policy with which each path leaves the component almost surely, and one of the leading side proceeds,
@@ -389,7 +395,7 @@ impl Rows<f64> {
     /// Returns a lower bound of c + Σ p · x of an action.
     #[inline]
     pub(crate) fn below(&self, action: usize, x: &[f64]) -> f64 {
-        self.lowered(self.value(action, &self.constant(action).low, x))
+        self.lowered(self.value(action, self.constant(action).low, x))
     }
 
     /// Returns an upper bound of c + Σ p · x of an action.

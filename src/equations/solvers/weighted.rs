@@ -179,13 +179,12 @@ impl Weighted {
         let (n, rated) = (weights.len(), rated(&gains, weights));
         let mut policies = Policies::new(&rows);
         policies.begin(&[], usize::MAX, meter)?;
-        let x = policies.improve(&rated, slack, meter)?;
+        let x = policies.improve(|action| rated[action], slack, meter)?;
         let mut margin = MARGIN * f64::EPSILON * greatest(&x).max(1.0);
         while margin < BETTER.sqrt() * greatest(&x).max(1.0) {
-            let more: Vec<f64> = rated.iter().map(|gain| gain + margin).collect();
-            let high = policies.improve(&more, |_| margin / MARGIN, meter)?;
-            let less: Vec<f64> = gains.iter().map(|gain| gain - margin).collect();
-            let low = policies.evaluate(&less, meter)?;
+            let high = policies.improve(|action| rated[action] + margin, |_| margin / MARGIN, meter)?;
+            let less = of_actions(&gains, n, &policies.policy).map(|gain| gain - margin).collect();
+            let low = policies.evaluate(less, meter)?;
             let is_above = |group: usize, action: usize| {
                 let terms = gains[n * action..].iter().zip(weights).map(|(gain, w)| (gain * w).abs());
                 let (q, error) = rounded(&rows, action, rated[action], terms.sum(), |to| high[to]);
@@ -220,8 +219,9 @@ impl Weighted {
         let mut policies = Policies::new(&rows);
         let mut solve = || {
             policies.begin(&[], usize::MAX, meter)?;
-            policies.improve(&rated, |_| Ratio::zero(), meter)?;
-            policies.evaluate(&gains, meter)
+            policies.improve(|action| rated[action].clone(), |_| Ratio::zero(), meter)?;
+            let own = of_actions(&gains, weights.len(), &policies.policy).cloned().collect();
+            policies.evaluate(own, meter)
         };
         let x = solve().map_err(|stop| match stop {
             Stop::Limit(error) => error,
@@ -244,6 +244,11 @@ fn rounded(rows: &Rows<f64>, action: usize, gain: f64, size: f64, x: impl Fn(usi
         terms += 1.0;
     }
     (sum, (terms + 32.0) * f64::EPSILON * sizes)
+}
+
+/// Returns the gains of some actions, `n` of each.
+fn of_actions<'g, N>(gains: &'g [N], n: usize, actions: &[usize]) -> impl Iterator<Item = &'g N> {
+    actions.iter().flat_map(move |action| &gains[n * action..][..n])
 }
 
 /// Returns the weighted sums of the gains of all actions.
