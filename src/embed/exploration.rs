@@ -15,7 +15,7 @@ use meliora_planning::result::ModelCounts;
 use meliora_planning::{self as planning, Options};
 use meliora_quantities::PRECISION;
 use meliora_quantities::state_values::Bound;
-use meliora_question::{Asking, Under};
+use meliora_question::{Asking, Computing, Under};
 
 /// The states and choices of a model's scope, in either engine.
 #[derive(Clone)]
@@ -59,8 +59,8 @@ impl Reached {
         let target = of(search.goal()?);
         let found = search.all()?;
         let known = found.clone().map(Some);
-        let answer =
-            Under::new(&engine, program, goal)?.answer(asking, program, &known, (None, precision))?;
+        let computing = Computing { optima: None, precision, settles: false };
+        let answer = Under::new(&engine, program, goal)?.answer(asking, program, &known, &computing)?;
         answer.end?;
         Ok(Reached {
             target,

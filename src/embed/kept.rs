@@ -166,6 +166,10 @@ impl ProgressSink for Shared {
         self.sink.remaining()
     }
 
+    fn settle(&self) -> Option<u64> {
+        self.sink.settle()
+    }
+
     fn progress(&self, phase: &'static str, detail: &dyn Fn() -> String) {
         self.sink.progress(phase, detail);
     }

@@ -44,6 +44,16 @@ impl Answer {
     }
 }
 
+/// The input of the computation of a number.
+pub struct Computing<'n> {
+    /// The numbers of the initial states, if they are known.
+    pub optima: Option<&'n [Number]>,
+    /// The greatest width of bounds.
+    pub precision: f64,
+    /// True if only numbers are asked for after this one: then the way of a race that has listed the states ends the others.
+    pub settles: bool,
+}
+
 impl Asking {
     /// Returns the regions that the question needs; a target without a question needs all four.
     pub fn needed(&self) -> Vec<Which> {
@@ -87,8 +97,7 @@ impl Asking {
     }
 
     /// Answers the question from the regions of its formula that it needs, and a target without a question not at all. The
-    /// regions contain all states, also those with monitors that are not fresh. `optima` are the numbers of the initial
-    /// states, if they are known. Cost: that of [`Sought::prepare`].
+    /// regions contain all states, also those with monitors that are not fresh. Cost: that of [`Sought::prepare`].
     ///
     /// # Errors
     /// A limit is hit, or a reward is wrong.
@@ -97,7 +106,7 @@ impl Asking {
         engine: &E,
         model: &Arc<Program>,
         regions: &Regions<Option<E::States>>,
-        (optima, precision): (Option<&[Number]>, f64),
+        &Computing { optima, precision, settles }: &Computing<'_>,
     ) -> Result<Answer> {
         let decided = self.decided(engine, regions)?;
         let Some(PropertyKind::Quantity(quantity)) = &self.question else { return Ok(decided) };
@@ -124,7 +133,11 @@ impl Asking {
             }
         };
         let states = listed(engine, &engine.initial_states())?;
-        match sought.prepare((engine, program), quantity.optimum, regions, &states)? {
+        let prepared = sought.prepare((engine, program), quantity.optimum, regions, &states)?;
+        if settles {
+            engine.settings().settle();
+        }
+        match prepared {
             Some(compute) => of_values(compute, quantity, self.over, precision),
             None => Ok(Answer::without_value(format!("{NEITHER}; {ASK_QUALITATIVELY}"))),
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use ahash::AHashMap;
 
-use crate::answer::Answer;
+use crate::answer::{Answer, Computing};
 use crate::answers::{Answers, Share};
 use crate::asking::Asking;
 use crate::evaluate::Number;
@@ -98,6 +98,8 @@ pub(crate) struct Answering<'a> {
     pub(crate) known: RefCell<Known>,
     /// Finds the strategy of the only operator, and the numbers that it asks for in the initial states, if it is asked for.
     pub(crate) optima: Option<&'a dyn Fn() -> Option<Vec<Number>>>,
+    /// True if nothing is asked of the engine after the requests.
+    pub(crate) is_all: bool,
 }
 
 impl<'a> Answering<'a> {
@@ -107,7 +109,7 @@ impl<'a> Answering<'a> {
         asked: &'a Questions,
         known: Known,
     ) -> Self {
-        Answering { listener, options, asked, known: RefCell::new(known), optima: None }
+        Answering { listener, options, asked, known: RefCell::new(known), optima: None, is_all: false }
     }
 
     /// Returns the decisions about all requests.
@@ -137,10 +139,12 @@ impl<'a> Answering<'a> {
         let goal = &all[first].asking.goal;
         let under = Under::new(engine, &self.asked.program, goal)?;
         self.counted(engine, &under, goal)?;
-        for requests in by_coalition(all, requests) {
+        let parts = by_coalition(all, requests);
+        for (part, requests) in (1..).zip(&parts) {
             let played = all[requests[0]].asking.played(engine)?;
             let own = played.as_ref().map(|game| Under::new(game, &self.asked.program, goal)).transpose()?;
-            self.regions(own.as_ref().unwrap_or(&under), &requests, kept)?;
+            let settles = self.is_all && part == parts.len();
+            self.regions(own.as_ref().unwrap_or(&under), requests, kept, settles)?;
         }
         Ok(under.unsafe_states().cloned())
     }
@@ -160,12 +164,13 @@ impl<'a> Answering<'a> {
         Ok(())
     }
 
-    /// Answers requests of the same players.
+    /// Answers requests of the same players; the numbers settle the race if nothing else is asked for after them.
     fn regions<E: Engine>(
         &self,
         under: &Under<'_, E>,
         requests: &[usize],
         kept: &mut Option<KnownRegions<E::States>>,
+        settles: bool,
     ) -> Result<()> {
         let mut groups = groups(under.engine(), self.asked, requests)?;
         if let ([group], true) = (&mut groups[..], self.options.is_one) {
@@ -181,7 +186,7 @@ impl<'a> Answering<'a> {
             groups.retain(|group| self.is_left(group) || round + 1 < group.order.len());
         }
         let mut shares = self.shares(&groups);
-        groups.iter().try_for_each(|group| self.values(under, group, &mut shares))
+        groups.iter().try_for_each(|group| self.values(under, group, &mut shares, settles))
     }
 
     fn asking(&self, request: usize) -> &'a Asking {
@@ -304,6 +309,7 @@ impl<'a> Answering<'a> {
         under: &Under<'_, E>,
         group: &Group<'_, E>,
         shares: &mut Shares<'_>,
+        settles: bool,
     ) -> Result<()> {
         for &request in group.members.iter().filter(|&&request| self.has_value(request)) {
             let (asking, known, mut partial) = (self.asking(request), group.search.known(), None);
@@ -312,8 +318,9 @@ impl<'a> Answering<'a> {
                     Some(find) if under.decided(asking, known)?.value.is_none() => find(),
                     _ => None,
                 };
-                let numbers = (optima.as_deref(), self.options.precision);
-                let mut answer = under.answer(asking, &self.asked.program, known, numbers)?;
+                let (optima, precision) = (optima.as_deref(), self.options.precision);
+                let computing = Computing { optima, precision, settles };
+                let mut answer = under.answer(asking, &self.asked.program, known, &computing)?;
                 let end = std::mem::replace(&mut answer.end, Ok(()));
                 // A number of a game that is not supported leaves the others.
                 let leaves = answer.no_value.is_some() && !self.options.is_one;

@@ -32,7 +32,7 @@ pub mod strategies;
 pub mod under;
 pub mod warnings;
 
-pub use answer::Answer;
+pub use answer::{Answer, Computing};
 pub use answers::Answers;
 pub use asking::{Asking, only_query};
 pub use goal::{PathGoal, Required, Target};

@@ -301,7 +301,10 @@ impl<J: Job + Listener> Work<'_, J> {
         let numbers = find.as_ref().map(|find| || find().as_ref().ok()?.optima.clone());
         let optima = numbers.as_ref().map(|numbers| numbers as &dyn Fn() -> Option<Vec<evaluate::Number>>);
         let answering = Answering::new(listener, self.options, self.asked, self.known.clone());
-        let answering = Answering { optima, ..answering };
+        let open =
+            Vec::from_iter((0..self.asked.plan.properties.len()).filter(|at| rest && self.is_open(*at)));
+        let is_all = open.is_empty() && find.is_none();
+        let answering = Answering { optima, is_all, ..answering };
         if !requests.is_empty() || self.asked.plan.properties.is_empty() {
             answering.requests(&**engine, requests, &mut None)?;
         }
@@ -309,8 +312,6 @@ impl<J: Job + Listener> Work<'_, J> {
             let build = || started(AnyEngine::new(Arc::clone(program), engine.settings().clone())?, program);
             listener.timed(("build", "build"), build)
         };
-        let open =
-            Vec::from_iter((0..self.asked.plan.properties.len()).filter(|at| rest && self.is_open(*at)));
         let mix = answering.rest(engine, &build, &open, self.wants(PolicyKind::Mix))?;
         let known = answering.known();
         // Regions that decide the answer need no numbers, and a limit leaves these.

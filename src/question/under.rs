@@ -10,9 +10,8 @@ use meliora_model::Program;
 use meliora_planning::Requirements;
 use meliora_planning::result::{Escape, ModelCounts};
 
-use crate::answer::Answer;
+use crate::answer::{Answer, Computing};
 use crate::asking::Asking;
-use crate::evaluate::Number;
 use crate::goal::PathGoal;
 
 /// The reason why a quantity has no value.
@@ -76,11 +75,11 @@ impl<'a, E: Engine> Under<'a, E> {
         asking: &Asking,
         model: &Arc<Program>,
         regions: &Regions<Option<E::States>>,
-        known: (Option<&[Number]>, f64),
+        computing: &Computing<'_>,
     ) -> Result<Answer> {
         match self.unsafe_answer(asking) {
             Some(answer) => Ok(answer),
-            None => asking.answered(self.engine(), model, regions, known),
+            None => asking.answered(self.engine(), model, regions, computing),
         }
     }
 

@@ -44,6 +44,12 @@ fn players_own_modules_and_actions() {
     assert_eq!(owners, [Some(0), Some(1), Some(0)]);
 }
 
+/// Explores a game by both engines.
+fn explored(program: &Arc<Program>, scope: Scope) -> [Result<AnyEngine, Error>; 2] {
+    [Storage::Explicit, Storage::Symbolic]
+        .map(|storage| AnyEngine::new(program.clone(), Settings { storage, scope, ..Settings::default() }))
+}
+
 #[test]
 fn what_belongs_to_two_players_is_refused() {
     for (from, to, expected) in [
@@ -84,9 +90,7 @@ endmodule
 #[test]
 fn a_labelled_command_of_a_game_updates_a_global_variable() {
     let program = Arc::new(program(GLOBAL));
-    for storage in [Storage::Explicit, Storage::Symbolic] {
-        let settings = Settings { storage, ..Settings::default() };
-        let engine = AnyEngine::new(program.clone(), settings).unwrap();
+    for engine in explored(&program, Scope::Reachable).map(Result::unwrap) {
         let list = |x: &_| engine.list_states(x, 9).unwrap();
         assert_eq!(list(&engine.all_states()), [[0, 0], [1, 1], [2, 1]]);
         let players: Vec<_> = engine.player_states().iter().map(list).collect();
@@ -112,11 +116,9 @@ fn jani_has_no_games() {
 
 #[test]
 fn a_state_of_two_players_is_refused_by_both_engines() {
-    let text = GAME.replace("x=1 & y=0", "y=0");
-    let program = Arc::new(program(&text));
-    for storage in [Storage::Explicit, Storage::Symbolic] {
-        let settings = Settings { storage, ..Settings::default() };
-        let Err(Error::Input(all)) = AnyEngine::new(program.clone(), settings) else { panic!("{storage:?}") };
+    let program = Arc::new(program(&GAME.replace("x=1 & y=0", "y=0")));
+    for engine in explored(&program, Scope::Reachable) {
+        let Err(Error::Input(all)) = engine else { panic!() };
         let expected = "several players may move in the state x=0,y=0: `p1` by `one#1` and `p2` by `two#1`";
         assert_eq!(all[0].message, expected);
         assert_eq!(all[0].position(), (12, 2));
@@ -143,16 +145,13 @@ endmodule
 
 #[test]
 fn choices_of_no_player_belong_to_the_owner_of_the_others_or_alone_to_the_first_player() {
-    let text = UNLISTED.replace("x=2 & y=0", "x=2");
-    let program = Arc::new(program(&text));
-    for storage in [Storage::Explicit, Storage::Symbolic] {
-        let settings = Settings { storage, scope: Scope::All, ..Settings::default() };
-        let engine = AnyEngine::new(program.clone(), settings).unwrap();
+    let program = Arc::new(program(&UNLISTED.replace("x=2 & y=0", "x=2")));
+    for engine in explored(&program, Scope::All).map(Result::unwrap) {
         let list = |x: &_| engine.list_states(x, 99).unwrap();
         let players: Vec<Vec<i64>> =
             engine.player_states().iter().map(|own| list(own).iter().map(|s| s[0]).collect()).collect();
         // [go] goes with `one` in 0, with `p2` in 1; in 2 the unlabelled command is alone, in 3 it is [go].
-        assert_eq!(players, [vec![0, 0, 2, 2, 3, 3], vec![1, 1]], "{storage:?}");
+        assert_eq!(players, [vec![0, 0, 2, 2, 3, 3], vec![1, 1]]);
         let choices = engine.choices_in(&engine.all_choices(), &engine.all_states()).unwrap();
         // Two choices in 0 and 1, one in 2 and 3, and the self-loop of 4; each for two values of y.
         assert_eq!(engine.count(&choices).unwrap(), 14_u32.into());
@@ -165,11 +164,8 @@ fn choices_of_no_player_belong_to_the_owner_of_the_others_or_alone_to_the_first_
 
 #[test]
 fn a_state_with_several_choices_of_no_player_is_refused_by_both_engines() {
-    let text = UNLISTED.replace("x=2 & y=0", "x=3");
-    let program = Arc::new(program(&text));
-    for storage in [Storage::Explicit, Storage::Symbolic] {
-        let settings = Settings { storage, scope: Scope::All, ..Settings::default() };
-        let Err(Error::Input(all)) = AnyEngine::new(program.clone(), settings) else { panic!("{storage:?}") };
+    for engine in explored(&Arc::new(program(&UNLISTED.replace("x=2 & y=0", "x=3"))), Scope::All) {
+        let Err(Error::Input(all)) = engine else { panic!() };
         let expected = "several choices belong to no player in the state x=3,y=0: `free#1` and `go`";
         assert_eq!(all[0].message, expected);
     }
@@ -178,9 +174,7 @@ fn a_state_with_several_choices_of_no_player_is_refused_by_both_engines() {
 #[test]
 fn states_belong_to_the_player_of_their_choices() {
     let program = Arc::new(program(GAME));
-    for storage in [Storage::Explicit, Storage::Symbolic] {
-        let settings = Settings { storage, ..Settings::default() };
-        let engine = AnyEngine::new(program.clone(), settings).unwrap();
+    for engine in explored(&program, Scope::Reachable).map(Result::unwrap) {
         let list = |x: &_| engine.list_states(x, 9).unwrap();
         let players: Vec<_> = engine.player_states().iter().map(list).collect();
         assert_eq!(players, [vec![vec![0, 0]], vec![vec![1, 0]], vec![]]);

@@ -1,13 +1,14 @@
 //! The owning types for programs that embed the library.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 
+use meliora::engine::Selection;
 use meliora::output::page::{Picture, order_svg};
 use meliora::output::{Report, Style};
 use meliora::planning::Phase;
 use meliora::projections::Plane;
-use meliora::{Drawing, Event, Options, Reached};
+use meliora::{Ask, Drawing, Event, Options, Properties, Reached};
 
 use crate::common::prelude::*;
 
@@ -379,13 +380,18 @@ fn a_whole_analysis_by_any_way_is_that_of_one() {
     }
 }
 
-/// A sink that ends the work while it is true.
+/// A sink that ends the work while it is true, and counts how often a way would end the others.
 #[derive(Default)]
-struct Switch(AtomicBool);
+struct Switch(AtomicBool, AtomicUsize);
 
 impl ProgressSink for Switch {
     fn stop(&self) -> Option<Limit> {
         self.0.load(Relaxed).then_some(Limit::Interrupted)
+    }
+
+    fn settle(&self) -> Option<u64> {
+        self.1.fetch_add(1, Relaxed);
+        None
     }
 }
 
@@ -412,5 +418,19 @@ fn an_analysis_by_any_way_that_a_limit_ends_can_be_continued() {
         sink.0.store(false, Relaxed);
         analysis.run(&mut |_| ()).unwrap();
         assert!(analysis.is_done(Phase::Spi));
+    }
+}
+
+#[test]
+fn the_last_numbers_end_the_other_ways() {
+    let model = "mdp module m x : [0..2]; [] x=0 -> 0.5:(x'=1) + 0.5:(x'=2); endmodule";
+    let [number, other, sum] = ["Pmax=? [ F x=1 ]", "Pmax=? [ F x=2 ]", "Pmax=? [ F x=1 ] + 1"];
+    let filter = ["filter(print, Pmax=? [ F x=1 ])"];
+    for (texts, settled) in [(&[number][..], 1), (&[number, other], 2), (&[number, sum], 1), (&filter, 1)] {
+        let sink = Arc::new(Switch::default());
+        let settings = Settings { sink: Arc::clone(&sink) as _, ..Settings::default() };
+        let ask = Ask { engine: Selection { is_open: false, ..Selection::open() }, ..Ask::default() };
+        Model::parse(model, "").unwrap().ask(Properties::Texts(texts), &ask, settings).unwrap();
+        assert_eq!(sink.1.load(Relaxed), settled, "{texts:?}");
     }
 }

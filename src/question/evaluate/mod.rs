@@ -155,6 +155,9 @@ struct At<S> {
     list: Vec<State>,
 }
 
+/// The values that a filter lists, and its numbers in the initial states.
+type Listed = (Option<Vec<(State, StateValue)>>, Option<Vec<Number>>);
+
 impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
     /// Creates an evaluator for the properties of a text.
     pub fn new(model: &'m Model<'a, E>, source: &'m Arc<SourceFile>) -> Self {
@@ -213,9 +216,9 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
                 regions,
             });
         }
-        let values = match &term.kind {
+        let (values, known) = match &term.kind {
             TermKind::Filter(filter) => self.listed(filter)?,
-            _ => None,
+            _ => (None, None),
         };
         if let TermKind::Operator(measured) = &term.kind
             && measured.bound.is_some()
@@ -228,22 +231,27 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
             let holds = self.engine.is_empty(&self.engine.difference(&initial, &satisfied)?)?;
             return Ok(PropertyResult { holds: Some(holds), values, value: None, front: None, regions });
         }
-        let at = self.at(&initial)?;
-        let value = self.narrow(term, &at)?.into_iter().reduce(|all, x| all.range(&x));
+        let of_initial = match known {
+            Some(known) => known,
+            None => self.narrow(term, &self.at(&initial)?)?,
+        };
+        let value = of_initial.into_iter().reduce(|all, x| all.range(&x));
         if value.as_ref().is_some_and(Number::is_undefined) {
             return Err(self.wrong(term, "the number is undefined, as is 0 divided by 0").into());
         }
         Ok(PropertyResult { holds: None, value, values, front: None, regions })
     }
 
-    /// Returns the values that a filter lists.
-    fn listed(&self, filter: &Filter) -> Result<Option<Vec<(State, StateValue)>>> {
+    /// Returns the values that a filter lists, and its numbers in the initial states, if it has them there: each number is
+    /// computed once.
+    fn listed(&self, filter: &Filter) -> Result<Listed> {
         use FilterFunction::{Argmax, Argmin, Print, Printall};
-        if !matches!(filter.function, Argmin | Argmax | Print | Printall) {
-            return Ok(None);
+        let prints = matches!(filter.function, Print | Printall);
+        if !prints && !matches!(filter.function, Argmin | Argmax) {
+            return Ok((None, None));
         }
         let mut set = self.chosen(filter)?;
-        if matches!(filter.function, Argmin | Argmax) {
+        if !prints {
             set = self.extreme_states(filter, &set)?;
         }
         if filter.of.is_condition() {
@@ -253,13 +261,22 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
                 let holds = self.engine.contains(&satisfied, &state)?;
                 Ok((state, StateValue::Holds(holds)))
             });
-            return values.collect::<Result<_>>().map(Some);
+            return Ok((Some(values.collect::<Result<_>>()?), None));
         }
-        let at = self.at(&set)?;
+        let initial = self.engine.initial_states();
+        let at = self.at(&if prints { self.engine.union(&set, &initial)? } else { set.clone() })?;
+        let (mut values, mut of_initial) = (Vec::new(), Vec::new());
         let numbers = self.narrow(&filter.of, &at)?;
-        let all = at.list.into_iter().zip(numbers);
-        let is_shown = |x: &Number| filter.function != Print || x.interval != Interval::ZERO;
-        Ok(Some(all.filter(|(_, x)| is_shown(x)).map(|(s, x)| (s, StateValue::Number(x))).collect()))
+        for (state, x) in at.list.into_iter().zip(numbers) {
+            if prints && self.engine.contains(&initial, &state)? {
+                of_initial.push(x.clone());
+            }
+            let is_shown = filter.function != Print || x.interval != Interval::ZERO;
+            if is_shown && self.engine.contains(&set, &state)? {
+                values.push((state, StateValue::Number(x)));
+            }
+        }
+        Ok((Some(values), prints.then_some(of_initial)))
     }
 
     /// Lists some states.

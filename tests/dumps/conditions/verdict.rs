@@ -153,43 +153,38 @@ fn a_dump_without_a_certificate_is_refused() {
     refused(|dump| dump.manifest.certificate = None);
 }
 
-/// A dump that was not read from files may not fit its manifest.
-#[test]
-fn a_dump_in_memory_fits_its_manifest() {
+/// A dump whose file, or whose certificate, is changed as no writer could is refused. `change` gets the number of bits of a
+/// choice, too.
+fn refuses(change: impl Fn(u32, bool, (&mut File, &mut Diagram))) {
     let case = one_case();
     for certificate in [false, true] {
         let mut dump = case.dump.clone();
-        file(&mut dump, certificate).1.variables.swap(0, 1);
-        let result = case.verify(&dump);
-        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
+        change(dump.manifest.choices.order.len() as u32, certificate, file(&mut dump, certificate));
+        assert!(matches!(case.verify(&dump), Err(Error::Dump { .. })));
     }
+}
+
+/// A dump that was not read from files may not fit its manifest.
+#[test]
+fn a_dump_in_memory_fits_its_manifest() {
+    refuses(|_, _, (_, diagram)| diagram.variables.swap(0, 1));
 }
 
 /// Two sets have the same name. Readers find the first one; the second one is right.
 #[test]
 fn a_name_that_is_there_twice_is_refused() {
-    let case = one_case();
-    for certificate in [false, true] {
-        let mut dump = case.dump.clone();
-        let (file, diagram) = file(&mut dump, certificate);
+    refuses(|_, _, (file, diagram)| {
         let last = file.roots.last().unwrap().clone();
-        let node = Edge::FALSE;
-        file.roots.insert(0, Root { root: diagram.roots.len(), node, nodes: 0, ..last });
+        file.roots.insert(0, Root { root: diagram.roots.len(), node: Edge::FALSE, nodes: 0, ..last });
         diagram.roots.push(Edge::FALSE);
-        let result = case.verify(&dump);
-        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
-    }
+    });
 }
 
 /// Readers that follow the arcs find states in the set; a checker that goes through the nodes in order finds none,
 /// which is right.
 #[test]
 fn a_diagram_whose_arcs_lead_to_later_nodes_is_refused() {
-    let case = one_case();
-    for certificate in [false, true] {
-        let mut dump = case.dump.clone();
-        let level = dump.manifest.choices.order.len() as u32;
-        let (file, diagram) = file(&mut dump, certificate);
+    refuses(|level, certificate, (file, diagram)| {
         let later = Edge::new(diagram.nodes.len() as i64 + 3).unwrap();
         let first = diagram.push(level, later, Edge::FALSE).unwrap();
         assert_eq!(diagram.push(level + 1, Edge::TRUE, Edge::FALSE).unwrap(), later);
@@ -199,9 +194,7 @@ fn a_diagram_whose_arcs_lead_to_later_nodes_is_refused() {
         (root.node, root.nodes) = (first, diagram.size(first));
         diagram.roots[root.root] = first;
         file.nodes = diagram.nodes.len() + 1;
-        let result = case.verify(&dump);
-        assert!(matches!(&result, Err(Error::Dump { .. })), "{result:?}");
-    }
+    });
 }
 
 #[test]
