@@ -248,8 +248,7 @@ impl Policies<'_, Ratio> {
     ) -> Turn<GroupBounds<Ratio>> {
         self.begin(seen, budget, meter)?;
         // No policy of the leading side is beyond the values on the side of its optimum.
-        let upper = self.rows.leader == Optimum::Max;
-        let rows = self.rows;
+        let (rows, upper) = (self.rows, self.rows.leads_up());
         let x = self.improve(|action| rows.bound(action, upper).clone(), |_| Ratio::zero(), meter)?;
         if !self.rows.proceeds(&self.policy, meter)? {
             return Err(Stop::Never);
@@ -274,7 +273,7 @@ impl<'r> Policies<'r, f64> {
         }
         self.begin(seen, budget, meter)?;
         if self.rows.choices.len() > self.rows.groups() {
-            let (rows, upper) = (self.rows, self.rows.leader == Optimum::Max);
+            let (rows, upper) = (self.rows, self.rows.leads_up());
             self.improve(|action| *rows.bound(action, upper), slack, meter)?;
         }
         let (mut margin, sides) = self.moved(meter)?;
@@ -293,7 +292,7 @@ impl<'r> Policies<'r, f64> {
     /// Returns a margin of some rounding errors, and the values of the policy where each step gains or pays it: they are moved
     /// by the margin times the expected number of steps.
     fn moved(&mut self, meter: &mut Meter<'_>) -> Turn<(f64, Both)> {
-        let upper = self.rows.leader == Optimum::Max;
+        let upper = self.rows.leads_up();
         let own = |&action: &usize| {
             let &Constant { low, high, .. } = self.rows.constant(action);
             if upper { [high, low, 1.0] } else { [low, high, 1.0] }
@@ -312,7 +311,7 @@ impl<'r> Policies<'r, f64> {
     /// Improves the policy where each step gains or pays a margin; returns its values, and those of the leading side against
     /// the best answers for a margin of the other sign.
     fn improved_by(&mut self, margin: f64, meter: &mut Meter<'_>) -> Turn<Both> {
-        let upper = self.rows.leader == Optimum::Max;
+        let upper = self.rows.leads_up();
         let best = self.improve(self.with_margin(upper, margin), |_| margin / MARGIN, meter)?;
         let other = self.answered(self.with_margin(!upper, margin), |_| margin / MARGIN, meter)?;
         match other.iter().all(|x| x.is_finite()) {
@@ -328,7 +327,7 @@ impl<'r> Policies<'r, f64> {
         margin: f64,
         meter: &mut Meter<'_>,
     ) -> Result<GroupBounds> {
-        let upper = self.rows.leader == Optimum::Max;
+        let upper = self.rows.leads_up();
         self.smooth(self.with_margin(upper, margin), &mut best, meter)?;
         self.smooth(self.with_margin(!upper, margin), &mut other, meter)?;
         let (low, high) = if upper { (other, best) } else { (best, other) };
@@ -366,7 +365,7 @@ impl<'r> Policies<'r, f64> {
         for (group, &action) in self.policy.iter().enumerate() {
             meter.step()?;
             // The leading side guarantees one of the bounds by its policy.
-            let own = |upper: bool| self.rows.leads(group) && upper != (self.rows.leader == Optimum::Max);
+            let own = |upper: bool| self.rows.leads(group) && upper != self.rows.leads_up();
             let lower =
                 if own(false) { self.rows.below(action, low) } else { self.rows.best(group, false, low).0 };
             let upper =

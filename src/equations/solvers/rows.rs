@@ -240,6 +240,11 @@ impl<N: Entry> Rows<N> {
         self.optima.iter().any(|optimum| *optimum != self.optima[0])
     }
 
+    /// Returns whether the leading side looks for the greatest value.
+    pub(crate) fn leads_up(&self) -> bool {
+        self.leader == Optimum::Max
+    }
+
     /// Returns whether a group is one of the leading side.
     #[inline]
     pub(crate) fn leads(&self, group: usize) -> bool {
@@ -331,7 +336,7 @@ impl<N: Entry> Rows<N> {
     fn proceeding(&self, given: Option<&[usize]>, meter: &mut Meter<'_>) -> Result<Option<Vec<usize>>> {
         self.attracted(meter, |group, reached| {
             let proceeds = |&action: &usize| {
-                let gains = self.leader == Optimum::Max && !self.constant(action).low.is_zero();
+                let gains = self.leads_up() && !self.constant(action).low.is_zero();
                 gains || self.enters(action, reached)
             };
             let mut actions = self.actions(group);
@@ -401,9 +406,7 @@ impl Rows<f64> {
     /// Returns an upper bound of c + Σ p · x of an action.
     #[inline]
     pub(crate) fn above(&self, action: usize, x: &[f64]) -> f64 {
-        let edges = self.start[action] as usize..self.start[action + 1] as usize;
-        let edges = self.to[edges.clone()].iter().zip(&self.probabilities[edges]);
-        self.raised(self.constant(action), edges, x)
+        self.raised(self.constant(action), self.row(action), x)
     }
 
     /// Returns an upper bound of c + Σ p · x for the edges of an action.
@@ -411,11 +414,11 @@ impl Rows<f64> {
     fn raised<'r>(
         &self,
         &Constant { high, most, .. }: &Constant,
-        edges: impl Iterator<Item = (&'r u32, &'r f64)>,
+        edges: impl Iterator<Item = (u32, &'r f64)>,
         x: &[f64],
     ) -> f64 {
         let (mut sum, mut greatest) = (high, most);
-        for (&to, p) in edges {
+        for (to, p) in edges {
             let value = x[to as usize];
             sum += p * value;
             greatest = if value > greatest { value } else { greatest };
@@ -435,10 +438,10 @@ impl Rows<f64> {
         for ((number, ends), &own) in (actions.start..).zip(ends).zip(constants) {
             let own = &self.constants[own as usize];
             let edges = ends[0] as usize..ends[1] as usize;
-            let edges = self.to[edges.clone()].iter().zip(&self.probabilities[edges]);
+            let edges = self.to[edges.clone()].iter().copied().zip(&self.probabilities[edges]);
             let q = match upper {
                 true => self.raised(own, edges, x),
-                false => edges.fold(own.low, |sum, (&to, p)| sum + p * x[to as usize]),
+                false => edges.fold(own.low, |sum, (to, p)| sum + p * x[to as usize]),
             };
             if if greatest { q > best.0 } else { q < best.0 } {
                 best = (q, number);
