@@ -1,6 +1,6 @@
 //! The number that one operator asks for in some states: the probability of a formula, or a reward until a target.
 
-use meliora_base::error::Result;
+use meliora_base::error::{Error, Result};
 use meliora_engine::Engine;
 use meliora_engine::regions::{Regions, Which};
 use meliora_equations::vector::{Accumulation, Asked, MOST_STATES, Until, too_many_states};
@@ -46,7 +46,8 @@ impl<S> Sought<'_, S> {
     }
 
     /// Prepares the number in some states, from the regions that [`Sought::needed`] names. In a game the optimum is ours,
-    /// and the opponent looks for the other one. `None` if such a number of a game is not supported: the formula is neither
+    /// and the opponent looks for the other one. With `settles`, the other ways of a race end once the states are listed;
+    /// see [`Arena::settle`]. `None` if such a number of a game is not supported: the formula is neither
     /// safe nor co-safe.
     ///
     /// The value of a co-safe formula is the probability to reach the states in which it is 1. That of a safe one is 1 minus
@@ -63,6 +64,7 @@ impl<S> Sought<'_, S> {
         optimum: Optimum,
         regions: &Regions<Option<S>>,
         states: &[State],
+        settles: bool,
     ) -> Result<Option<Compute<'e>>>
     where
         S: Clone + 'e,
@@ -72,7 +74,13 @@ impl<S> Sought<'_, S> {
         }
         let all = engine.all_states();
         let outside = |which: Which| engine.difference(&all, regions.known(which)?);
-        let reached = |stops: &S| Arena::reached(engine, program, states, stops);
+        let reached = |stops: &S| {
+            let found = Arena::reached(engine, program, states, stops)?;
+            if settles {
+                found.0.settle(engine.settings());
+            }
+            Ok::<_, Error>(found)
+        };
         if let &Sought::Reward(structure, target) = self {
             program.of_one_player("a reward until a target")?;
             let (goal, infinite) = (Extremes::all(optimum), outside(self.needed(optimum)[0])?);

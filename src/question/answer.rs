@@ -133,11 +133,7 @@ impl Asking {
             }
         };
         let states = listed(engine, &engine.initial_states())?;
-        let prepared = sought.prepare((engine, program), quantity.optimum, regions, &states)?;
-        if settles {
-            engine.settings().settle();
-        }
-        match prepared {
+        match sought.prepare((engine, program), quantity.optimum, regions, &states, settles)? {
             Some(compute) => of_values(compute, quantity, self.over, precision),
             None => Ok(Answer::without_value(format!("{NEITHER}; {ASK_QUALITATIVELY}"))),
         }

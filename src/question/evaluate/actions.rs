@@ -134,7 +134,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let (sought, optimum) = (Sought::Probability(product.condition()), measured.optimum);
         let (regions, _) = self.parts_of_product(&product, sought.needed(optimum), &[])?;
         let states = listed(engine, &engine.all_states())?;
-        let Some(mut compute) = sought.prepare((engine, program), optimum, &regions, &states)? else {
+        let Some(mut compute) = sought.prepare((engine, program), optimum, &regions, &states, false)? else {
             return Err(self.unsupported(term, NEITHER, ASK_QUALITATIVELY));
         };
         let found = compute(precision)?;

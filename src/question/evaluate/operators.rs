@@ -36,8 +36,8 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 let (regions, states) =
                     self.parts_of_product(&product, sought.needed(optimum), &asked.at.list)?;
                 let model = (&*product.engine, &*product.program);
-                match sought.prepare(model, optimum, &regions, &states)? {
-                    Some(compute) => self.computed(compute, asked.precision),
+                match sought.prepare(model, optimum, &regions, &states, self.is_last)? {
+                    Some(compute) => computed(compute, asked.precision),
                     None => self.zero_or_one(asked, &product, &regions, &states),
                 }
             }
@@ -56,17 +56,10 @@ impl<E: Engine> Evaluator<'_, '_, E> {
             *regions.get_mut(which) = Some(self.region_of_single(self.engine, which, single)?);
         }
         let model = (self.engine, &**self.program);
-        match sought.prepare(model, optimum, &regions, &asked.at.list)? {
-            Some(compute) => self.computed(compute, asked.precision),
+        match sought.prepare(model, optimum, &regions, &asked.at.list, self.is_last)? {
+            Some(compute) => computed(compute, asked.precision),
             None => Err(self.unsupported(asked.term, NEITHER, ASK_QUALITATIVELY)),
         }
-    }
-
-    /// Returns the values that were prepared.
-    fn computed(&self, mut compute: Compute<'_>, precision: f64) -> Result<Vec<Number>> {
-        self.settle();
-        let found = compute(precision)?;
-        found.end.map(|()| found.values.into_iter().map(Number::from).collect())
     }
 
     /// Returns the probabilities of a formula with one operator, over all states.
@@ -142,7 +135,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
                 (&own, numbers)
             }
         };
-        self.settle();
+        self.settle(arena);
         selected(compute(arena, engine)?, &numbers)
     }
 
@@ -297,12 +290,18 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         };
         let (_, states) = self.parts_of_product(&product, &[], &asked.at.list)?;
         let (arena, numbers) = Arena::reached(engine, &product.program, &states, &accepted)?;
-        self.settle();
+        self.settle(&arena);
         let until = Accumulation::Until(arena.members(engine, &accepted)?);
         let goal = goal(asked.measured.optimum, self.engine.is_game());
         let rewards = arena.rewards(engine, structure)?;
         selected(Asked::all(&arena, goal, asked.precision).reward(&rewards, &until)?, &numbers)
     }
+}
+
+/// Returns the values that were prepared.
+fn computed(mut compute: Compute<'_>, precision: f64) -> Result<Vec<Number>> {
+    let found = compute(precision)?;
+    found.end.map(|()| found.values.into_iter().map(Number::from).collect())
 }
 
 impl<E> Product<E> {

@@ -188,7 +188,7 @@ impl<E: Engine> Evaluator<'_, '_, E> {
         let arena: &Arena<'_> = self.model.arena()?;
         let read = self.read(arena, all, state)?;
         let objectives: Vec<Objective<'_>> = read.iter().map(Read::objective).collect();
-        self.settle();
+        self.settle(arena);
         let found = several(arena, arena.number(state), &objectives, precision);
         let mut found = found.map_err(|error| self.placed(term, error))?;
         if let Several::Front(points) = &mut found {
