@@ -47,8 +47,7 @@ impl<S> Sought<'_, S> {
 
     /// Prepares the number in some states, from the regions that [`Sought::needed`] names. In a game the optimum is ours,
     /// and the opponent looks for the other one. With `settles`, the other ways of a race end once the states are listed;
-    /// see [`Arena::settle`]. `None` if such a number of a game is not supported: the formula is neither
-    /// safe nor co-safe.
+    /// see [`Arena::settle`]. `None` if such a number of a game is not supported: the formula is neither safe nor co-safe.
     ///
     /// The value of a co-safe formula is the probability to reach the states in which it is 1. That of a safe one is 1 minus
     /// the probability to reach those in which it is 0; so is the least value of any formula for one player. So only the
@@ -77,7 +76,7 @@ impl<S> Sought<'_, S> {
         let reached = |stops: &S| {
             let found = Arena::reached(engine, program, states, stops)?;
             if settles {
-                found.0.settle(engine.settings());
+                found.0.settle();
             }
             Ok::<_, Error>(found)
         };

@@ -151,7 +151,7 @@ fn choices_of_no_player_belong_to_the_owner_of_the_others_or_alone_to_the_first_
         let players: Vec<Vec<i64>> =
             engine.player_states().iter().map(|own| list(own).iter().map(|s| s[0]).collect()).collect();
         // [go] goes with `one` in 0, with `p2` in 1; in 2 the unlabelled command is alone, in 3 it is [go].
-        assert_eq!(players, [vec![0, 0, 2, 2, 3, 3], vec![1, 1]]);
+        assert_eq!(players, [vec![0, 0, 2, 2, 3, 3], vec![1, 1]], "{:?}", engine.storage());
         let choices = engine.choices_in(&engine.all_choices(), &engine.all_states()).unwrap();
         // Two choices in 0 and 1, one in 2 and 3, and the self-loop of 4; each for two values of y.
         assert_eq!(engine.count(&choices).unwrap(), 14_u32.into());

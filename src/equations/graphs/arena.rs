@@ -8,8 +8,8 @@ use bitvec::vec::BitVec;
 use meliora_base::error::{Limit, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::progress::ProgressSink;
+use meliora_engine::Engine;
 use meliora_engine::membership::Numbers;
-use meliora_engine::{Engine, Settings};
 use meliora_model::{Program, State};
 use meliora_space::enabled::Enabled;
 use meliora_space::weighted::{Codec, Walker};
@@ -40,9 +40,9 @@ pub struct Arena<'e> {
     numbers: Option<Numbered>,
     codec: Codec,
     pub(crate) sink: Arc<dyn ProgressSink>,
-    /// The bytes that the arena leaves of the memory limit, and those that the other ways of a race have left.
-    memory: u64,
-    more: AtomicU64,
+    /// The memory limit, and the bytes of it that the engine and the arena take.
+    limit: AtomicU64,
+    taken: u64,
 }
 
 impl<'e> Arena<'e> {
@@ -113,8 +113,9 @@ impl<'e> Arena<'e> {
         };
         let Reached { graph: Graph { game: graph, positions, .. }, starts, numbers: of_state, .. } = found;
         let numbers = choices.map(|(choices, probabilities)| Numbered { of_state, choices, probabilities });
-        let (memory, more) = (meter.left(), AtomicU64::new(0));
-        let mut arena = Arena { program, graph, positions, codes, numbers, codec, sink, memory, more };
+        let memory = engine.settings().memory;
+        let (limit, taken) = (AtomicU64::new(memory), memory.saturating_sub(meter.left()));
+        let mut arena = Arena { program, graph, positions, codes, numbers, codec, sink, limit, taken };
         arena.graph.theirs = engine.theirs().map(|theirs| arena.members(engine, &theirs)).transpose()?;
         Ok((arena, starts))
     }
@@ -240,14 +241,14 @@ impl<'e> Arena<'e> {
         Ok(rewards)
     }
 
-    /// Ends the other ways of a race, and takes their memory; see [`Settings::settle`].
-    pub fn settle(&self, settings: &Settings) {
-        self.more.store(settings.settle().saturating_sub(settings.memory), Relaxed);
+    /// Ends the other ways of a race, and takes their memory; see [`ProgressSink::settle`].
+    pub fn settle(&self) {
+        self.limit.fetch_max(self.sink.settle().unwrap_or(0), Relaxed);
     }
 
     /// Returns a meter for the memory that the arena leaves.
     pub fn meter(&self) -> Meter<'_> {
-        Meter::with(self.memory + self.more.load(Relaxed), &*self.sink)
+        Meter::with(self.limit.load(Relaxed) - self.taken, &*self.sink)
     }
 }
 

@@ -173,7 +173,7 @@ impl<'m, 'a, E: Engine> Evaluator<'m, 'a, E> {
     /// Ends the other ways of a race: the states that have equations are known, and these are the same on each way.
     fn settle(&self, arena: &Arena<'_>) {
         if self.is_last {
-            arena.settle(self.engine.settings());
+            arena.settle();
         }
     }
 

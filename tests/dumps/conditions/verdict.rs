@@ -160,7 +160,7 @@ fn refuses(change: impl Fn(u32, bool, (&mut File, &mut Diagram))) {
     for certificate in [false, true] {
         let mut dump = case.dump.clone();
         change(dump.manifest.choices.order.len() as u32, certificate, file(&mut dump, certificate));
-        assert!(matches!(case.verify(&dump), Err(Error::Dump { .. })));
+        assert!(matches!(case.verify(&dump), Err(Error::Dump { .. })), "certificate: {certificate}");
     }
 }
 
