@@ -78,10 +78,25 @@ def of_formula(context, whole, asked, decided):
         context.same(f"{name} of {words} that stops", str(len(regions[name] & left)), report[name])
     if operator.endswith("?"):
         values = question.most() if operator == "Pmax=?" else question.least()
-        value_of(context, f"{words} that stops", [values[s] for s in starts], report["properties"][0]["value"])
+        values = [values[s] for s in starts]
+        value_of(context, f"{words} that stops", values, report["properties"][0]["value"])
+        filtered(context, words, {"min": min(values), "max": max(values), "avg": sum(values) / len(values)}, left)
     else:
-        holds = set(starts) <= regions[NEEDED[operator][0]]
-        context.same(f"holds of {words} that stops", holds, report["holds"])
+        holding = regions[NEEDED[operator][0]].intersection(starts)
+        context.same(f"holds of {words} that stops", len(holding) == len(starts), report["holds"])
+        filtered(context, words, {"exists": bool(holding), "count": len(holding)}, left)
+
+
+def filtered(context, words, values, left):
+    """A function of the property in the initial states."""
+    function, expected = [*values.items()][context.case.seed // 7 % len(values)]
+    text = f'filter({function}, {words}, "init")'
+    report = report_of(context, "--property", text)
+    context.same(f"states of {text} that stops", str(len(left)), report["counts"]["states"])
+    if function == "exists":
+        context.same(f"holds of {text} that stops", expected, report["holds"])
+    else:
+        value_of(context, f"{text} that stops", [expected], report["properties"][0]["value"])
 
 
 def earned(context, whole, target):

@@ -150,16 +150,18 @@ impl Model {
         terms: &Terms<'_>,
     ) -> Result<(Questions, Vec<PropertyAnswer>)> {
         let (program, named) = self.into_parts();
-        let (text, Stopping { program, asking }) = match properties {
+        let (program, plan) = match properties {
             Properties::Target(text) => {
-                (text, Stopping::target(&program, &SourceFile::new(terms.option("target"), text))?)
+                let source = SourceFile::new(terms.option("target"), text);
+                let Stopping { program, asking } = Stopping::target(&program, &source)?;
+                (program, Plan::of(asking, text))
             }
             Properties::Texts([text]) | Properties::Each([text]) => {
-                (*text, Stopping::property((&program, &named), (&terms.option("property"), text))?)
+                Stopping::property((&program, &named), (&terms.option("property"), text))?
             }
             _ => return Err(terms.stops_nowhere()),
         };
-        Ok(opened(Questions::new(program, Plan::of(asking, text), Vec::new(), false)))
+        Ok(opened(Questions::new(program, plan, Vec::new(), false)))
     }
 }
 

@@ -1,14 +1,16 @@
 //! Questions whose paths stop where they are decided.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::asking::{Asking, Form, only_query};
 use crate::goal::PathGoal;
 use crate::list;
+use crate::plan::{Plan, Planner};
 use meliora_base::error::{Diagnostic, Result, Severity, SourceFile};
 use meliora_lang::ltl::{self, Formula, Stopped};
 use meliora_lang::named::Property;
-use meliora_lang::property::{Named, Query};
+use meliora_lang::property::{Named, Term};
 use meliora_lang::{parse_expression, parse_property};
 use meliora_model::Program;
 
@@ -27,7 +29,7 @@ impl Stopping {
     /// # Errors
     /// The text is wrong; each error has its place.
     pub fn target(program: &Program, source: &Arc<SourceFile>) -> Result<Self> {
-        Stopping::of(program, source, &Formula::reaching(parse_expression(source)?), None)
+        Stopping::of(program, source, &Formula::reaching(parse_expression(source)?))
     }
 
     /// Reads a target `x = 3`, a formula `F x = 3`, or a property `P>=1 [ F x = 3 ]`.
@@ -39,48 +41,52 @@ impl Stopping {
             Form::Target => Stopping::target(program, source),
             Form::Property => {
                 let term = parse_property(source)?.term(program, source, &Named::default())?;
-                Stopping::query(program, source, &only_query(program, source, &term)?)
+                let (program, term) = stopped(program, (source, term.span.range()), term)?;
+                let asking = Asking::query(&program, source, &only_query(&program, source, &term)?, &[])?;
+                Ok(Stopping { program, asking })
             }
-            Form::Formula => Stopping::of(program, source, &ltl::parse_formula(source)?, None),
+            Form::Formula => Stopping::of(program, source, &ltl::parse_formula(source)?),
         }
     }
 
-    /// Reads a property, or the name of one of those that the model names; errors call a text `name`.
+    /// Reads a property, or the name of one of those that the model names; errors call a text `name`. Returns the
+    /// program and the plan for the property over it.
     ///
     /// # Errors
-    /// The text is wrong, the property is not about a single formula, or no state decides this.
-    pub fn property((program, named): (&Program, &[Property]), (name, text): (&str, &str)) -> Result<Self> {
+    /// The text is wrong, the property is not about a single formula in the initial states, or no state decides this.
+    pub fn property(
+        (program, named): (&Program, &[Property]),
+        (name, text): (&str, &str),
+    ) -> Result<(Program, Plan)> {
         let (source, term) = list::stated(program, named, (name, text))?;
-        if let Some(query) = term.query(program) {
-            return Stopping::query(program, &source, &query);
-        }
-        let message = "paths stop where the probability or the reward of one formula is decided, and this property \
-                       asks for more";
         let range = if named.iter().any(|own| own.name == text) { 0..0 } else { term.span.range() };
-        let wrong = Diagnostic::new(&source, range, message).severity(Severity::Unsupported);
-        Err(wrong.help("leave out `--stop-at-target`").into())
+        let (program, term) = stopped(program, (&source, range), term)?;
+        let mut planner = Planner::new(&program, &[], true)?;
+        planner.add(0, text, &source, term)?;
+        let plan = planner.finish();
+        Ok((program, plan))
     }
 
-    /// Returns the question of a query.
-    ///
-    /// # Errors
-    /// No state decides the formula.
-    pub fn query(program: &Program, source: &Arc<SourceFile>, query: &Query<'_>) -> Result<Self> {
-        Stopping::of(&query.path.over(program), source, &query.path.formula, Some(query))
-    }
-
-    fn of(
-        program: &Program,
-        source: &Arc<SourceFile>,
-        formula: &Formula,
-        query: Option<&Query<'_>>,
-    ) -> Result<Self> {
+    fn of(program: &Program, source: &Arc<SourceFile>, formula: &Formula) -> Result<Self> {
         let Stopped { program, formula } = Stopped::new(program, source, formula)?;
-        let goal = PathGoal::of(&program, source, &formula, &[])?;
-        let asking = match query {
-            Some(query) => Asking::of(goal, query),
-            None => goal.into(),
-        };
+        let asking = PathGoal::of(&program, source, &formula, &[])?.into();
         Ok(Stopping { program, asking })
     }
+}
+
+/// Returns the program in which the states that decide a property are not left, and the property over it.
+///
+/// # Errors
+/// The property, at this place of the text, is not about a single formula in the initial states, or no state decides this.
+fn stopped(
+    program: &Program,
+    (source, place): (&Arc<SourceFile>, Range<usize>),
+    term: Term,
+) -> Result<(Program, Term)> {
+    if let Some(stopped) = term.stopped(program, source)? {
+        return Ok(stopped);
+    }
+    let message = "paths stop only for one formula in the initial states, and this property asks for more";
+    let wrong = Diagnostic::new(source, place, message).severity(Severity::Unsupported);
+    Err(wrong.help("leave out `--stop-at-target`").into())
 }

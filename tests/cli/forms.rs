@@ -80,15 +80,10 @@ fn a_search_over_all_valuations_answers_wherever_its_question_stands() {
         ("Pmax>0 [ F done ] & Pmax>=1 [ G !done ]", true),
         ("done | P>0 [ F done ]", false),
     ] {
-        let found = scratch
-            .run(format!("reach m.prism --property '{property}' --json"))
-            .expect(i32::from(!holds))
-            .json();
-        assert_eq!(
-            (&found["over_all_valuations"], &found["counts"]),
-            (&json!(true), &Json::Null),
-            "{property}"
-        );
+        let found = scratch.ask("reach m.prism", ["--property", property, "--json"]);
+        let found = found.expect(i32::from(!holds)).json();
+        let everywhere = (&found["over_all_valuations"], &found["counts"]);
+        assert_eq!(everywhere, (&json!(true), &Json::Null), "{property}");
         assert_eq!(found["holds"], holds, "{property}");
     }
 }
@@ -117,10 +112,8 @@ fn several_initial_states_may_differ_in_a_part_of_a_property() {
         ("filter(exists, P>=1 [ F x=3 ], \"init\")", true),
         ("!filter(forall, P>=1 [ F x=3 ], \"init\")", true),
     ] {
-        let found = scratch
-            .run(format!("reach m.prism --property '{property}' --json"))
-            .expect(i32::from(!holds))
-            .json();
+        let found = scratch.ask("reach m.prism", ["--property", property, "--json"]);
+        let found = found.expect(i32::from(!holds)).json();
         assert_eq!(found["properties"][0]["holds"], holds, "{property}: {found}");
     }
 }
@@ -164,7 +157,13 @@ fn paths_stop_at_a_target_however_the_property_is_written() {
             "{property}"
         );
     }
-    ask("Pmax>0 [ F at=5 ] & P>0 [ F at=4 ]").ends(3, "this property asks for more");
+    for function in ["exists", "print", "count"] {
+        let found = ask(&format!("filter({function}, Pmax>0 [ F at=5 ], \"init\")")).expect(0).json();
+        assert_eq!(found["counts"], alone["counts"], "{function}");
+    }
+    for more in ["Pmax>0 [ F at=5 ] & P>0 [ F at=4 ]", "filter(count, P>0 [ F at=5 ])"] {
+        ask(more).ends(3, "this property asks for more");
+    }
 }
 
 /// The condition was evaluated over the states of the model, which do not know the monitor.

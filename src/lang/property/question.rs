@@ -1,13 +1,18 @@
 //! The questions of operators: which strategies count, and whether numbers are needed. A property that is one
 //! operator about the paths from the initial states is a [`Query`].
 
+use std::sync::Arc;
+
 use num_traits::{One, Zero};
 
 use super::operators::Extreme;
-use super::term::{self, Accumulated, FilterFunction, Measured, Path, Term, TermKind};
+use super::term::{self, Accumulated, Filter, FilterFunction, Measured, Path, Term, TermKind};
 use super::{Bound, Inequality, Measure, Optimum, Over, PropertyKind, Quantity, Strategies};
+use crate::ltl::Stopped;
+use meliora_base::error::{Result, SourceFile};
 use meliora_base::exact::Ratio;
 use meliora_model::Program;
+use meliora_model::predicate::Predicates;
 
 /// One operator over a formula without other operators: the probability of the formula, or a reward until a set of
 /// states is reached.
@@ -31,6 +36,30 @@ impl Query<'_> {
 }
 
 impl Term {
+    /// Returns the program in which the states that decide the formula of this property are not left, and the property
+    /// over it; `None` if it asks for more than one formula, or in other states than the initial ones.
+    ///
+    /// # Errors
+    /// No state decides the formula.
+    pub fn stopped(mut self, program: &Program, source: &Arc<SourceFile>) -> Result<Option<(Program, Self)>> {
+        if let TermKind::Filter(mut filter) = self.kind {
+            let Some(states) = filter.states.as_mut().filter(|states| states.is_initial(program)) else {
+                return Ok(None);
+            };
+            let Some((program, of)) = filter.of.stopped(program, source)? else { return Ok(None) };
+            states.kind = TermKind::State(program.predicate(program.initial));
+            let kind = TermKind::Filter(Box::new(Filter { of, ..*filter }));
+            return Ok(Some((program, Term { kind, ..self })));
+        }
+        let TermKind::Operator(measured) = &mut self.kind else { return Ok(None) };
+        let (true, Some(path)) = (measured.query(program).is_some(), measured.path_mut()) else {
+            return Ok(None);
+        };
+        let Stopped { program, formula } = Stopped::new(&path.over(program), source, &path.formula)?;
+        (path.formula, path.predicates) = (formula, Predicates::over(&program));
+        Ok(Some((program, self)))
+    }
+
     /// Returns the query that the property is in the initial states; `None` for other properties.
     pub fn query(&self, program: &Program) -> Option<Query<'_>> {
         match &self.kind {
@@ -110,6 +139,15 @@ impl Measured {
         };
         let question = question(measure, self.optimum, self.bound.clone());
         Some(Query { question, path, coalition: self.coalition.as_ref(), over: Over::All })
+    }
+
+    fn path_mut(&mut self) -> Option<&mut Path> {
+        match &mut self.measure {
+            term::Measure::Probability(path) | term::Measure::Reward(_, Accumulated::Until(path)) => {
+                Some(path)
+            }
+            _ => None,
+        }
     }
 
     /// Returns the truth of a bound that all probabilities satisfy, or none.
