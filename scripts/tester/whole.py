@@ -133,7 +133,7 @@ def run_of(context, kind, play, path):
     first = [*map(cell, play["state"].values()), ""]
     context.same("step 0 of a run", first, [path[0][name] for name in (*names, "action")])
     for number, row in enumerate(path[1:], 1):
-        choices = {c.name: c for c in analysis.whole.choices[state]}
+        choices = {cell(c.name): c for c in analysis.whole.choices[state]}
         where = f"step {number} from {play['state']} by {row['action']}"
         if not context.same(f"choice of {where}", True, row["step"] == str(number) and row["action"] in choices):
             return times
