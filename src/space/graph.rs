@@ -123,6 +123,12 @@ impl Graph {
         self.choices[state] as usize..self.choices[state + 1] as usize
     }
 
+    /// Returns the choices of states that follow each other.
+    #[inline]
+    pub fn choices_of_range(&self, states: Range<usize>) -> Range<usize> {
+        self.choices[states.start] as usize..self.choices[states.end] as usize
+    }
+
     /// Returns the successors of a choice.
     #[inline]
     pub fn successors_of(&self, choice: usize) -> &[u32] {

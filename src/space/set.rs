@@ -3,6 +3,8 @@
 //! Operations work on words. Those of `bitvec` 1.1 work bit by bit: on 10^6 bits, a union takes 1.2 ms
 //! in place of 6 µs, and a list of the members 28 ms in place of 36 µs; counting takes the same time.
 
+use std::iter;
+use std::ops::Range;
 use std::sync::Arc;
 
 use bitvec::prelude::{BitVec, Lsb0};
@@ -107,6 +109,16 @@ impl BitSet {
         Ok(BitSet(Arc::new(Charged::clone(&self.0))))
     }
 
+    /// Returns the largest ranges of numbers of the set, in ascending order.
+    pub fn runs(&self) -> impl Iterator<Item = Range<usize>> {
+        let (words, mut at) = (self.words(), 0);
+        iter::from_fn(move || {
+            let start = first(words, at, 0)?;
+            at = first(words, start, u64::MAX).unwrap_or(words.len() * 64);
+            Some(start..at)
+        })
+    }
+
     /// Returns the numbers of the set in ascending order.
     #[inline]
     pub fn iter(&self) -> impl Iterator<Item = usize> {
@@ -132,11 +144,40 @@ pub fn clear(words: &mut [u64], i: usize) {
     words[i >> 6] &= !(1 << (i & 63));
 }
 
+/// Returns the position of the first bit from `at` on that differs from the bit of `other` there.
+fn first(words: &[u64], at: usize, other: u64) -> Option<usize> {
+    let index = at >> 6;
+    let own = (words.get(index)? ^ other) & u64::MAX << (at & 63);
+    let rest = words[index + 1..].iter().map(|word| word ^ other);
+    let mut all = iter::once(own).chain(rest).zip(index..);
+    all.find(|&(word, _)| word != 0).map(|(word, index)| index * 64 + word.trailing_zeros() as usize)
+}
+
 /// Returns the positions of the bits that are set.
 #[inline]
 pub fn ones(words: &[u64]) -> impl Iterator<Item = usize> {
     words.iter().enumerate().flat_map(|(index, &word)| {
-        std::iter::successors((word != 0).then_some(word), |&w| Some(w & (w - 1)).filter(|&w| w != 0))
+        iter::successors((word != 0).then_some(word), |&w| Some(w & (w - 1)).filter(|&w| w != 0))
             .map(move |w| index * 64 + w.trailing_zeros() as usize)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn runs_are_the_largest_ranges() {
+        let meter = Meter::new(1 << 20);
+        for size in [0, 1, 63, 64, 65, 200, 256] {
+            for step in [1, 2, 5, 63, 64, 65, 130] {
+                let mut some = BitSet::empty(&meter, size);
+                let members = Vec::from_iter((0..size).filter(|i| i % step != 3 && i / step % 3 != 1));
+                members.iter().for_each(|&i| set(some.words_mut(), i));
+                let runs = Vec::from_iter(some.runs());
+                assert_eq!(Vec::from_iter(runs.iter().cloned().flatten()), members, "{size} {step}");
+                assert!(runs.windows(2).all(|pair| pair[0].end < pair[1].start), "{runs:?}");
+            }
+        }
+    }
 }

@@ -17,15 +17,9 @@ impl ExplicitEngine {
         }
         let mut found = BitSet::empty(&self.meter, self.graph.choices());
         let words = found.words_mut();
-        let mut run = 0..0;
-        for own in x.iter().map(|state| self.graph.choices_of(state)) {
-            if own.start != run.end {
-                set_range(words, run);
-                run = own.clone();
-            }
-            run.end = own.end;
+        for states in x.runs() {
+            set_range(words, self.graph.choices_of_range(states));
         }
-        set_range(words, run);
         for (found, &c) in words.iter_mut().zip(c.words()) {
             *found &= c;
         }
