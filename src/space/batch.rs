@@ -1,10 +1,8 @@
 //! The successors of several states, whose numbers are looked up together.
-//!
-//! A look-up waits for memory, and look-ups of different codes wait at the same time. So the numbers are looked up for
-//! several states at once.
 
 use super::explore::PATIENCE;
 use super::graph::Graph;
+use super::lookup::Lookup;
 use super::states::Space;
 use super::stepper::{Stepper, sum};
 use meliora_base::error::Result;
@@ -13,7 +11,6 @@ use meliora_base::error::Result;
 const STATES: usize = 16;
 
 /// The successors of some states that follow each other.
-#[derive(Default)]
 pub(crate) struct Batch<const W: usize> {
     codes: Vec<[u64; W]>,
     /// The end of each choice in `codes`.
@@ -21,9 +18,16 @@ pub(crate) struct Batch<const W: usize> {
     /// The end of each state in `choices`.
     states: Vec<u32>,
     numbers: Vec<u32>,
+    lookup: Lookup<W>,
 }
 
 impl<const W: usize> Batch<W> {
+    /// Begins without states.
+    pub(crate) fn new() -> Self {
+        let (codes, choices, states, numbers) = Default::default();
+        Batch { codes, choices, states, numbers, lookup: Lookup::new() }
+    }
+
     /// Returns whether no state should be added.
     #[inline]
     pub(crate) fn is_full(&self) -> bool {
@@ -43,12 +47,27 @@ impl<const W: usize> Batch<W> {
         self.states.push(self.choices.len() as u32);
     }
 
+    /// Returns the numbers of the successors, new ones for those that are new.
+    ///
+    /// # Errors
+    /// The memory limit or the maximum number of states is reached.
+    pub(crate) fn look_up(&mut self, space: &mut Space) -> Result<&[u32]> {
+        match space {
+            Space::Indexed(index) => self.lookup.numbers(index, &self.codes, &mut self.numbers)?,
+            Space::Every(_) => {
+                self.numbers.clear();
+                self.numbers.extend(self.codes.iter().map(|code| code[0] as u32));
+            }
+        }
+        Ok(&self.numbers)
+    }
+
     /// Moves the states to the graph.
     ///
     /// # Errors
     /// The memory limit or the maximum number of states is reached.
     pub(crate) fn finish(&mut self, space: &mut Space, graph: &mut Graph) -> Result<()> {
-        space.numbers(self.codes.iter().copied(), &mut self.numbers)?;
+        self.look_up(space)?;
         let (mut at, mut choice) = (0, 0);
         for &end in &self.states {
             for &until in &self.choices[choice..end as usize] {
@@ -59,9 +78,14 @@ impl<const W: usize> Batch<W> {
             choice = end as usize;
             graph.end_state()?;
         }
+        self.clear();
+        Ok(())
+    }
+
+    /// Removes the states.
+    pub(crate) fn clear(&mut self) {
         self.codes.clear();
         self.choices.clear();
         self.states.clear();
-        Ok(())
     }
 }

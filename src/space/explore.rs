@@ -160,7 +160,7 @@ impl Task {
 
     fn explore<const W: usize>(&self, found: &mut Frontier) -> Result<()> {
         let (mut stepper, mut weighing) = (Stepper::new(&self.prepared), Weighing::new(self));
-        let (mut batch, mut due) = (Batch::default(), 0);
+        let (mut batch, mut due) = (Batch::new(), 0);
         // A state takes longer if more guards are evaluated, so the interval depends on the
         // commands.
         let interval = (PATIENCE / self.program.commands.len().max(1)).max(1);
@@ -176,7 +176,10 @@ impl Task {
             }
             let code = found.space.code::<W>(found.next);
             self.look(found, &mut stepper, &code)?;
-            found.add(&stepper, &code, &mut weighing)?;
+            batch.add(&stepper, &code);
+            let numbers = batch.look_up(&mut found.space)?;
+            found.add(&stepper, (&code, numbers), &mut weighing)?;
+            batch.clear();
         }
         self.report(found)
     }
@@ -222,7 +225,6 @@ impl Task {
             players: self.players(),
             choices: self.limits.keeps_choices.then(|| Collected::new(&self.meter, &[])),
             probabilities: self.keeps_probabilities().then(|| Box::new(Weighed::new(&self.meter))),
-            ahead: Vec::new(),
         })
     }
 
@@ -406,8 +408,6 @@ struct Frontier {
     choices: Option<Collected>,
     /// Their probabilities, if they are kept.
     probabilities: Option<Box<Weighed>>,
-    /// The successors of the state that is explored.
-    ahead: Vec<u32>,
 }
 
 impl Frontier {
@@ -420,15 +420,14 @@ impl Frontier {
         Ok(())
     }
 
-    /// Adds the steps from the next state, with their successors, to the graph.
+    /// Adds the steps from the next state, given its code and the numbers of its successors, to the graph.
     #[inline]
     fn add<const W: usize>(
         &mut self,
         stepper: &Stepper<'_, W>,
-        code: &[u64; W],
+        (code, successors): (&[u64; W], &[u32]),
         weighing: &mut Weighing<'_, W>,
     ) -> Result<()> {
-        self.space.numbers(stepper.steps.iter().map(|step| sum(code, step)), &mut self.ahead)?;
         let weighs = |into| weighing.weigh(stepper, code, into);
         let is_weighed = self.probabilities.as_deref_mut().is_some_and(weighs);
         match self.probabilities.take().filter(|_| is_weighed) {
@@ -440,10 +439,10 @@ impl Frontier {
                 self.probabilities.iter_mut().try_for_each(|own| own.certain())?;
             }
             Some(mut into) => {
-                let is_kept = weighing.add(stepper, (code, &self.ahead), &mut self.graph, &mut into)?;
+                let is_kept = weighing.add(stepper, (code, successors), &mut self.graph, &mut into)?;
                 self.probabilities = is_kept.then_some(into);
             }
-            None => self.add_choices(&stepper.ends)?,
+            None => self.add_choices(&stepper.ends, successors)?,
         }
         self.graph.end_state()?;
         if self.restarts {
@@ -470,11 +469,11 @@ impl Frontier {
         self.work += 1 + stepper.steps.len() as u64 + stepper.guards as u64 / LOOKS;
     }
 
-    /// Adds choices, given the ends of their successors.
-    fn add_choices(&mut self, ends: &[u32]) -> Result<()> {
+    /// Adds choices, given the ends of their successors among all of them.
+    fn add_choices(&mut self, ends: &[u32], successors: &[u32]) -> Result<()> {
         let mut at = 0;
         for &end in ends {
-            self.graph.extend(&self.ahead[at..end as usize])?;
+            self.graph.extend(&successors[at..end as usize])?;
             self.graph.end_choice()?;
             at = end as usize;
         }

@@ -26,7 +26,6 @@ pub struct Index {
     slots: Array<u32>,
     hasher: RandomState,
     meter: Meter,
-    looked: Looked,
 }
 
 /// The hashes and the first slots of some codes, by their positions. Slots are read before the first code is compared.
@@ -41,7 +40,7 @@ impl Index {
     /// Creates an empty index for codes of `words` words.
     pub fn new(words: usize, meter: &Meter) -> Self {
         let (codes, slots) = (Array::new(meter), Array::new(meter));
-        Index { codes, words, slots, hasher: hasher(), meter: meter.clone(), looked: Looked::default() }
+        Index { codes, words, slots, hasher: hasher(), meter: meter.clone() }
     }
 
     /// Returns the number of states.
@@ -62,39 +61,16 @@ impl Index {
     /// The memory limit or the maximum number of states is reached.
     #[inline]
     pub fn intern(&mut self, code: &[u64]) -> Result<u32> {
-        let hash = hash(&self.hasher, code.iter().copied());
+        let hash = self.hash_of(code);
         match self.search(code, hash) {
             Some(number) => Ok(number),
             None => self.insert(code, hash),
         }
     }
 
-    /// Replaces the content of `numbers` by those of some codes in their order, new ones for those that are new.
-    ///
-    /// # Errors
-    /// The errors of [`Index::intern`].
-    #[inline]
-    pub fn intern_all<const W: usize>(
-        &mut self,
-        codes: impl Iterator<Item = [u64; W]> + Clone,
-        numbers: &mut Vec<u32>,
-    ) -> Result<()> {
-        let mut looked = std::mem::take(&mut self.looked);
-        self.look(codes.clone(), &mut looked);
-        numbers.clear();
-        for (at, code) in codes.enumerate() {
-            numbers.push(match self.find_looked(&code, &looked, at) {
-                Some(number) => number,
-                None => self.insert(&code, looked.slots[at].0)?,
-            });
-        }
-        self.looked = looked;
-        Ok(())
-    }
-
     /// Returns the number of a code, if the code is known.
     pub fn find(&self, code: &[u64]) -> Option<u32> {
-        self.search(code, hash(&self.hasher, code.iter().copied()))
+        self.search(code, self.hash_of(code))
     }
 
     /// Returns the number of words of a code.
@@ -108,7 +84,7 @@ impl Index {
     /// # Errors
     /// The memory limit or the maximum number of states is reached.
     pub fn add(&mut self, code: &[u64]) -> Result<u32> {
-        self.insert(code, hash(&self.hasher, code.iter().copied()))
+        self.insert(code, self.hash_of(code))
     }
 
     /// Reads the first slots of some codes, for [`Index::find_looked`].
@@ -116,24 +92,43 @@ impl Index {
     pub fn look<C: AsRef<[u64]>>(&self, codes: impl Iterator<Item = C>, into: &mut Looked) {
         into.size = self.slots.len();
         into.slots.clear();
-        into.slots.extend(codes.map(|code| self.first(code.as_ref().iter().copied())));
+        into.slots.extend(codes.map(|code| {
+            let hash = self.hash_of(code.as_ref());
+            (hash, self.slot(hash))
+        }));
+    }
+
+    /// Returns the first slot for a hash.
+    #[inline]
+    pub(crate) fn slot(&self, hash: u64) -> u32 {
+        let at = hash as usize & self.slots.len().wrapping_sub(1);
+        self.slots.get(at).copied().unwrap_or(NOBODY)
+    }
+
+    /// Returns the number of slots.
+    #[inline]
+    pub(crate) fn slots(&self) -> usize {
+        self.slots.len()
     }
 
     /// Returns the number of a code, if the code is known; it has this position among those that were looked up.
     #[inline]
     pub fn find_looked(&self, code: &[u64], looked: &Looked, position: usize) -> Option<u32> {
         let (hash, slot) = looked.slots[position];
-        // Slots of a table that has grown meanwhile mean nothing.
-        let first = (self.slots.len() == looked.size).then(|| self.matches(slot, code, hash)).flatten();
-        first.or_else(|| self.search(code, hash))
+        self.find_from(code, hash, (self.slots.len() == looked.size).then_some(slot))
     }
 
-    /// Returns the hash of a code and its first slot.
+    /// Returns the number of a code, given its hash and its first slot; `None` for a slot that was read before the table
+    /// grew, and that means nothing.
     #[inline]
-    fn first(&self, code: impl Iterator<Item = u64>) -> (u64, u32) {
-        let hash = hash(&self.hasher, code);
-        let at = hash as usize & self.slots.len().wrapping_sub(1);
-        (hash, self.slots.get(at).copied().unwrap_or(NOBODY))
+    pub(crate) fn find_from(&self, code: &[u64], hash: u64, slot: Option<u32>) -> Option<u32> {
+        slot.and_then(|slot| self.matches(slot, code, hash)).or_else(|| self.search(code, hash))
+    }
+
+    /// Returns the hash of a code.
+    #[inline]
+    pub(crate) fn hash_of(&self, code: &[u64]) -> u64 {
+        hash(&self.hasher, code.iter().copied())
     }
 
     /// Frees unused capacity.
@@ -169,7 +164,11 @@ impl Index {
         }
     }
 
-    fn insert(&mut self, code: &[u64], hash: u64) -> Result<u32> {
+    /// Adds a code that is not known, given its hash, and returns its number.
+    ///
+    /// # Errors
+    /// The memory limit or the maximum number of states is reached.
+    pub(crate) fn insert(&mut self, code: &[u64], hash: u64) -> Result<u32> {
         let number = self.states();
         if number >= MOST_STATES {
             return Err(Limit::States(number as u64).into());
@@ -266,11 +265,6 @@ mod tests {
             assert_eq!(index.intern(&code(i / 2)).unwrap(), (i / 2) as u32);
         }
         assert!((0..20_000).all(|i| index.find(&code(i)) == Some(i as u32)));
-        // Also while the table grows.
-        let mut all = Vec::new();
-        let numbers = (19_990..70_000).chain(20_000..20_010);
-        index.intern_all(numbers.clone().map(code), &mut all).unwrap();
-        assert_eq!(all, numbers.map(|i| i as u32).collect::<Vec<u32>>());
         assert_eq!(index.find(&code(70_000)), None);
     }
 }

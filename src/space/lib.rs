@@ -49,6 +49,7 @@ pub mod initial;
 pub mod known;
 pub mod layout;
 mod lists;
+mod lookup;
 pub mod machine;
 pub mod meter;
 pub mod needs;

@@ -40,23 +40,6 @@ impl Space {
         }
     }
 
-    /// Replaces the content of `numbers` by those of the states with these codes; assigns new ones if necessary.
-    #[inline]
-    pub(crate) fn numbers<const W: usize>(
-        &mut self,
-        codes: impl Iterator<Item = [u64; W]> + Clone,
-        numbers: &mut Vec<u32>,
-    ) -> Result<()> {
-        match self {
-            Space::Indexed(index) => index.intern_all(codes, numbers),
-            Space::Every(_) => {
-                numbers.clear();
-                numbers.extend(codes.map(|code| code[0] as u32));
-                Ok(())
-            }
-        }
-    }
-
     /// Returns the number of the state with this code, if it is in the scope.
     pub fn find(&self, code: &[u64]) -> Option<usize> {
         match self {
