@@ -78,7 +78,7 @@ impl Asking {
     }
 
     /// Combines a goal and the question about it.
-    pub(super) fn of(goal: PathGoal, query: &Query<'_>) -> Self {
+    fn of(goal: PathGoal, query: &Query<'_>) -> Self {
         Asking {
             goal,
             question: Some(query.question.clone()),

@@ -61,6 +61,7 @@ impl Stopping {
         let (source, term) = list::stated(program, named, (name, text))?;
         let range = if named.iter().any(|own| own.name == text) { 0..0 } else { term.span.range() };
         let (program, term) = stopped(program, (&source, range), term)?;
+        // The regions of a formula with bounds are reported, too.
         let mut planner = Planner::new(&program, &[], true)?;
         planner.add(0, text, &source, term)?;
         let plan = planner.finish();

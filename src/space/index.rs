@@ -115,14 +115,15 @@ impl Index {
     #[inline]
     pub fn find_looked(&self, code: &[u64], looked: &Looked, position: usize) -> Option<u32> {
         let (hash, slot) = looked.slots[position];
-        self.find_from(code, hash, (self.slots.len() == looked.size).then_some(slot))
+        self.find_from(code, hash, (slot, looked.size))
     }
 
-    /// Returns the number of a code, given its hash and its first slot; `None` for a slot that was read before the table
-    /// grew, and that means nothing.
+    /// Returns the number of a code, given its hash and its first slot, which was read when the table had `size` slots.
     #[inline]
-    pub(crate) fn find_from(&self, code: &[u64], hash: u64, slot: Option<u32>) -> Option<u32> {
-        slot.and_then(|slot| self.matches(slot, code, hash)).or_else(|| self.search(code, hash))
+    pub(crate) fn find_from(&self, code: &[u64], hash: u64, (slot, size): (u32, usize)) -> Option<u32> {
+        // Slots of a table that has grown meanwhile mean nothing.
+        let first = (self.slots.len() == size).then(|| self.matches(slot, code, hash)).flatten();
+        first.or_else(|| self.search(code, hash))
     }
 
     /// Returns the hash of a code.

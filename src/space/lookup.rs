@@ -46,8 +46,7 @@ impl<const W: usize> Lookup<W> {
         let size = index.slots();
         for &Open { position, slot, hash } in &self.open {
             let code = &codes[position as usize];
-            let slot = (index.slots() == size).then_some(slot);
-            let number = match index.find_from(code, hash, slot) {
+            let number = match index.find_from(code, hash, (slot, size)) {
                 Some(number) => number,
                 None => index.insert(code, hash)?,
             };

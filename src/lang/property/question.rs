@@ -40,7 +40,7 @@ impl Term {
     /// over it; `None` if it asks for more than one formula, or in other states than the initial ones.
     ///
     /// # Errors
-    /// No state decides the formula.
+    /// The formula is one that no state decides.
     pub fn stopped(mut self, program: &Program, source: &Arc<SourceFile>) -> Result<Option<(Program, Self)>> {
         if let TermKind::Filter(mut filter) = self.kind {
             let Some(states) = filter.states.as_mut().filter(|states| states.is_initial(program)) else {
