@@ -74,17 +74,8 @@ impl Asking {
             Some(target) => PathGoal::reach(program, target, required)?,
             None => PathGoal::of(&query.path.over(program), source, &query.path.formula, required)?,
         };
-        Ok(Asking::of(goal, query))
-    }
-
-    /// Combines a goal and the question about it.
-    fn of(goal: PathGoal, query: &Query<'_>) -> Self {
-        Asking {
-            goal,
-            question: Some(query.question.clone()),
-            coalition: query.coalition.cloned(),
-            over: query.over,
-        }
+        let (question, coalition) = (Some(query.question.clone()), query.coalition.cloned());
+        Ok(Asking { goal, question, coalition, over: query.over })
     }
 
     /// Returns the engine of a game in which the coalition of the question is ours; `None` if that is the

@@ -47,11 +47,11 @@ impl<const W: usize> Batch<W> {
         self.states.push(self.choices.len() as u32);
     }
 
-    /// Returns the numbers of the successors, new ones for those that are new.
+    /// Returns the numbers of the successors, new ones for those that are new, and the end of each choice among them.
     ///
     /// # Errors
     /// The memory limit or the maximum number of states is reached.
-    pub(crate) fn look_up(&mut self, space: &mut Space) -> Result<&[u32]> {
+    pub(crate) fn look_up(&mut self, space: &mut Space) -> Result<(&[u32], &[u32])> {
         match space {
             Space::Indexed(index) => self.lookup.numbers(index, &self.codes, &mut self.numbers)?,
             Space::Every(_) => {
@@ -59,7 +59,7 @@ impl<const W: usize> Batch<W> {
                 self.numbers.extend(self.codes.iter().map(|code| code[0] as u32));
             }
         }
-        Ok(&self.numbers)
+        Ok((&self.numbers, &self.choices))
     }
 
     /// Moves the states to the graph.

@@ -177,8 +177,8 @@ impl Task {
             let code = found.space.code::<W>(found.next);
             self.look(found, &mut stepper, &code)?;
             batch.add(&stepper, &code);
-            let numbers = batch.look_up(&mut found.space)?;
-            found.add(&stepper, (&code, numbers), &mut weighing)?;
+            let successors = batch.look_up(&mut found.space)?;
+            found.add(&stepper, &code, successors, &mut weighing)?;
             batch.clear();
         }
         self.report(found)
@@ -420,29 +420,29 @@ impl Frontier {
         Ok(())
     }
 
-    /// Adds the steps from the next state, given its code and the numbers of its successors, to the graph.
+    /// Adds the steps from the next state to the graph, given its code, and the numbers of its successors with the end of
+    /// each choice among them. A deadlock stays.
     #[inline]
     fn add<const W: usize>(
         &mut self,
         stepper: &Stepper<'_, W>,
-        (code, successors): (&[u64; W], &[u32]),
+        code: &[u64; W],
+        (successors, ends): (&[u32], &[u32]),
         weighing: &mut Weighing<'_, W>,
     ) -> Result<()> {
         let weighs = |into| weighing.weigh(stepper, code, into);
         let is_weighed = self.probabilities.as_deref_mut().is_some_and(weighs);
         match self.probabilities.take().filter(|_| is_weighed) {
-            own if stepper.ends.is_empty() => {
-                // A deadlock stays.
-                self.graph.extend(&[self.next as u32])?;
-                self.graph.end_choice()?;
-                self.probabilities = own;
-                self.probabilities.iter_mut().try_for_each(|own| own.certain())?;
-            }
-            Some(mut into) => {
+            Some(mut into) if !stepper.ends.is_empty() => {
                 let is_kept = weighing.add(stepper, (code, successors), &mut self.graph, &mut into)?;
                 self.probabilities = is_kept.then_some(into);
             }
-            None => self.add_choices(&stepper.ends, successors)?,
+            // No probabilities are kept, or the one choice is that of a deadlock.
+            own => {
+                self.add_choices(successors, ends)?;
+                self.probabilities = own;
+                self.probabilities.iter_mut().try_for_each(|own| own.certain())?;
+            }
         }
         self.graph.end_state()?;
         if self.restarts {
@@ -469,8 +469,8 @@ impl Frontier {
         self.work += 1 + stepper.steps.len() as u64 + stepper.guards as u64 / LOOKS;
     }
 
-    /// Adds choices, given the ends of their successors among all of them.
-    fn add_choices(&mut self, ends: &[u32], successors: &[u32]) -> Result<()> {
+    /// Adds choices, given their successors, and the end of each choice among these.
+    fn add_choices(&mut self, successors: &[u32], ends: &[u32]) -> Result<()> {
         let mut at = 0;
         for &end in ends {
             self.graph.extend(&successors[at..end as usize])?;
