@@ -64,20 +64,35 @@ impl Trend {
         self.sweeps > 0 && self.changes[4] <= MARGIN * f64::EPSILON
     }
 
+    /// Returns the factor by which the last changes shrank in each sweep.
+    fn shrinks(&self) -> f64 {
+        let [first, .., last] = self.changes;
+        (last / first).sqrt().sqrt()
+    }
+
     /// Returns the sum of all further changes, divided by the last one; infinite if they do not shrink.
     fn still_to_come(&self) -> f64 {
-        let [first, .., last] = self.changes;
-        let shrinks = (last / first).sqrt().sqrt();
-        match first > 0.0 && shrinks < 1.0 {
+        let shrinks = self.shrinks();
+        match self.changes[0] > 0.0 && shrinks < 1.0 {
             _ if self.is_still() => 0.0,
             true => shrinks / (1.0 - shrinks),
             false => f64::INFINITY,
         }
     }
 
+    /// Returns the width of the bounds that are expected after the next sweep.
+    fn width(&self) -> f64 {
+        2.0 * self.still_to_come() * self.changes[4]
+    }
+
     /// Returns whether narrow bounds are expected after the next sweep, if no candidate was tried just before.
     fn expects_bounds(&self) -> bool {
-        self.sweeps >= self.pause && 2.0 * self.still_to_come() * self.changes[4] <= WIDTH
+        self.sweeps >= self.pause && self.width() <= WIDTH
+    }
+
+    /// Returns whether narrow bounds are expected within some sweeps.
+    fn settles_within(&self, sweeps: usize) -> bool {
+        self.width() <= WIDTH || self.width() * self.shrinks().powf(sweeps as f64) <= WIDTH
     }
 
     /// Returns the number of sweeps that a candidate may take: those without a result take a part of all.
@@ -113,14 +128,20 @@ impl<'s> Iteration<'s> {
     /// Iterates until the bounds are narrow. They hold in any case.
     ///
     /// # Errors
-    /// They cannot become narrow; more than `budget` entries would be read; a limit is reached.
-    pub(crate) fn turn(&mut self, budget: usize, meter: &mut Meter<'_>) -> Turn<()> {
+    /// They cannot become narrow; more than `budget` entries would be read, or this is expected after some sweeps and the
+    /// iteration `gives_up` then; a limit is reached.
+    pub(crate) fn turn(&mut self, budget: usize, gives_up: bool, meter: &mut Meter<'_>) -> Turn<()> {
         // The errors of smaller numbers are not relative. Where paths need not end, the least solution is none.
         if self.sparse.least < TINY || self.sparse.may_rest {
             return Err(Stop::Never);
         }
         self.left = budget;
+        let judged = self.trend.sweeps + SWEEPS;
         loop {
+            let is_due = gives_up && self.trend.sweeps == judged;
+            if is_due && !self.trend.settles_within(self.left / self.sparse.entries()) {
+                return Err(Stop::Later);
+            }
             let before = self.trend.expects_bounds().then(|| self.low.clone());
             let change = self.lift(meter)?;
             meter.progress(&|| format!("lower bounds of {} states, change {change:.1e}", self.low.len()));
@@ -205,13 +226,17 @@ impl<'s> Iteration<'s> {
 
     /// Returns the bounds so far.
     pub(crate) fn found(&self) -> GroupBounds {
+        let high = self.high.clone().unwrap_or_else(|| vec![f64::INFINITY; self.low.len()]);
+        GroupBounds { low: self.low.clone(), high, picks: self.picks() }
+    }
+
+    /// Returns the choices so far, or [`NONE`] for groups of which none is known.
+    pub(crate) fn picks(&self) -> Vec<u32> {
         let pick = |(group, &action): (usize, &u32)| {
             let known = action != NONE && (self.sparse.is_max(group) || self.high.is_some());
             if known { self.sparse.choices[action as usize] } else { NONE }
         };
-        let picks = self.policy.iter().enumerate().map(pick).collect();
-        let high = self.high.clone().unwrap_or_else(|| vec![f64::INFINITY; self.low.len()]);
-        GroupBounds { low: self.low.clone(), high, picks }
+        self.policy.iter().enumerate().map(pick).collect()
     }
 }
 
@@ -270,7 +295,7 @@ mod tests {
     /// Iterates for at most this number of sweeps; returns the bounds, and whether they are narrow.
     fn solve(sparse: &Rows<f64>, sweeps: usize) -> (GroupBounds, bool) {
         let mut iteration = Iteration::new(sparse, None);
-        let end = iteration.turn(sweeps * sparse.entries(), &mut Meter::unlimited(&NoProgress));
+        let end = iteration.turn(sweeps * sparse.entries(), false, &mut Meter::unlimited(&NoProgress));
         (iteration.found(), end.is_ok())
     }
 
@@ -299,6 +324,21 @@ mod tests {
         let (found, is_narrow) = solve(&ring, 1000);
         assert!(!is_narrow && found.low.iter().all(|low| *low <= 0.5));
         assert!(found.high.iter().all(|high| high.is_infinite()));
+    }
+
+    #[test]
+    fn a_turn_ends_early_where_changes_shrink_too_slowly_for_it() {
+        // To walk to and fro costs 2, to leave costs 100, so each sweep raises the values by 2.
+        let step = |to| Made { gain: 1.0, exits: Vec::new(), edges: vec![(to, 1.0)] };
+        let leave = Made { gain: 100.0, exits: vec![(0.0, 1.0)], edges: Vec::new() };
+        let rows = sparse(Optimum::Min, &[vec![step(1), leave], vec![step(0)]], 0.0);
+        let mut iteration = Iteration::new(&rows, None);
+        let meter = &mut Meter::unlimited(&NoProgress);
+        assert!(matches!(iteration.turn(64 * rows.entries(), true, meter), Err(Stop::Later)));
+        assert_eq!(iteration.trend.sweeps, SWEEPS);
+        iteration.turn(1000 * rows.entries(), true, meter).unwrap();
+        assert!((50..80).contains(&iteration.trend.sweeps), "{}", iteration.trend.sweeps);
+        assert!(iteration.found().low.iter().zip([100.0, 101.0]).all(|(low, x)| x - low < 1e-6));
     }
 
     /// All actions are equally good: to go round a ring that is left in one of its groups only, and
@@ -369,7 +409,7 @@ mod tests {
             let rare = if seed % 2 == 0 { RARE } else { 1.0 / 64.0 };
             let sparse = sparse(optimum, &random(&mut Draw::new(seed), optimum, rare), 0.0);
             let mut iteration = Iteration::new(&sparse, None);
-            let end = iteration.turn(10_000 * sparse.entries(), &mut Meter::unlimited(&NoProgress));
+            let end = iteration.turn(10_000 * sparse.entries(), false, &mut Meter::unlimited(&NoProgress));
             assert!(end.is_ok(), "seed {seed}, {optimum:?}: {end:?}");
             let GroupBounds { low, high, .. } = iteration.found();
             for (group, value) in values(&sparse, &iteration.policy).into_iter().enumerate() {

@@ -11,8 +11,9 @@
 //!
 //! With doubles, the values x of the last policy are near those of the component, without a claim. So the same equations
 //! are solved with a margin m that each step gains or pays, some multiple of the rounding error, and one step that is
-//! rounded outwards confirms the solution. For the last policy, that is x ± m · t, where t is the expected number of steps;
-//! if it is not confirmed, the policy is improved with the margin:
+//! rounded outwards confirms the solution. For the last policy, that is x ± m · t, where t is the expected number of steps.
+//! Some sweeps widen these bounds where another action is better by less than the slack; if that takes too many, the policy
+//! is improved with the margin:
 //!
 //! - If B(U) ≤ U for a finite U ≥ 0, the least solution is not above U.
 //! - If L ≤ B(L) for the actions of a policy of the leading side with which no path stays in the component forever without
@@ -20,8 +21,8 @@
 //!   minimisers lead: the same holds for upper bounds, and L ≤ B(L) must hold for every action, since a policy that
 //!   never leaves costs infinitely much.
 //!
-//! The width is some 1e-14 times the greatest number of steps. Where components are left so rarely that this
-//! is wide, fractions are needed.
+//! The width is some 1e-14 times the greatest number of steps, and some 1e-12 times where sweeps widen it by the slack. Where
+//! components are left so rarely that this is wide, fractions are needed.
 
 use std::ops::Range;
 
@@ -276,9 +277,8 @@ impl<'r> Policies<'r, f64> {
             let (rows, upper) = (self.rows, self.rows.leads_up());
             self.improve(|action| *rows.bound(action, upper), slack, meter)?;
         }
-        let (mut margin, sides) = self.moved(meter)?;
-        let mut found = self.smoothed(sides, margin, meter)?;
-        while !self.holds(&found, meter)? {
+        let (mut margin, mut found) = self.moved(meter)?;
+        while !self.confirm(&mut found, meter)? {
             if !self.rows.is_narrow(&found.low, &found.high) {
                 return Err(Stop::Never);
             }
@@ -291,7 +291,7 @@ impl<'r> Policies<'r, f64> {
 
     /// Returns a margin of some rounding errors, and the values of the policy where each step gains or pays it: they are moved
     /// by the margin times the expected number of steps.
-    fn moved(&mut self, meter: &mut Meter<'_>) -> Turn<(f64, Both)> {
+    fn moved(&mut self, meter: &mut Meter<'_>) -> Turn<(f64, GroupBounds)> {
         let upper = self.rows.leads_up();
         let own = |&action: &usize| {
             let &Constant { low, high, .. } = self.rows.constant(action);
@@ -305,7 +305,7 @@ impl<'r> Policies<'r, f64> {
         let margin = MARGIN * (self.rows.error * greatest(values.iter().map(|[best, ..]| best)) + TINY);
         let by = if upper { margin } else { -margin };
         let sides = values.iter().map(|[best, other, steps]| (best + by * steps, other - by * steps));
-        Ok((margin, sides.unzip()))
+        Ok((margin, self.as_bounds(sides.unzip())))
     }
 
     /// Improves the policy where each step gains or pays a margin; returns its values, and those of the leading side against
@@ -330,10 +330,15 @@ impl<'r> Policies<'r, f64> {
         let upper = self.rows.leads_up();
         self.smooth(self.with_margin(upper, margin), &mut best, meter)?;
         self.smooth(self.with_margin(!upper, margin), &mut other, meter)?;
-        let (low, high) = if upper { (other, best) } else { (best, other) };
+        Ok(self.as_bounds((best, other)))
+    }
+
+    /// Returns values on both sides as bounds, with the choices of the policy.
+    fn as_bounds(&self, (best, other): Both) -> GroupBounds {
+        let (low, high) = if self.rows.leads_up() { (other, best) } else { (best, other) };
         // 0 is a lower bound in any case, also as a part of others.
         let low = low.into_iter().map(|x| x.max(0.0)).collect();
-        Ok(GroupBounds { low, high, picks: self.picks() })
+        GroupBounds { low, high, picks: self.picks() }
     }
 
     /// Returns the bound of the constant of each action, moved outwards by a margin. In a component of both sides, the upper
@@ -360,21 +365,32 @@ impl<'r> Policies<'r, f64> {
         Ok(())
     }
 
-    /// Returns whether one step confirms bounds.
-    fn holds(&self, GroupBounds { low, high, .. }: &GroupBounds, meter: &mut Meter<'_>) -> Result<bool> {
-        for (group, &action) in self.policy.iter().enumerate() {
-            meter.step()?;
-            // The leading side guarantees one of the bounds by its policy.
-            let own = |upper: bool| self.rows.leads(group) && upper != self.rows.leads_up();
-            let lower =
-                if own(false) { self.rows.below(action, low) } else { self.rows.best(group, false, low).0 };
-            let upper =
-                if own(true) { self.rows.above(action, high) } else { self.rows.best(group, true, high).0 };
-            if lower < low[group] || upper > high[group] {
-                return Ok(false);
+    /// Widens bounds until one step confirms them; returns false if they are not narrow then, or that takes more than some
+    /// sweeps.
+    fn confirm(&self, bounds: &mut GroupBounds, meter: &mut Meter<'_>) -> Result<bool> {
+        let GroupBounds { low, high, .. } = bounds;
+        for _ in 0..SWEEPS {
+            let mut holds = true;
+            for group in 0..low.len() {
+                meter.step()?;
+                let (lower, upper) = self.step(group, low, high);
+                holds &= low[group] <= lower && upper <= high[group];
+                (low[group], high[group]) = (low[group].min(lower), high[group].max(upper));
+            }
+            if holds {
+                return Ok(self.rows.is_narrow(low, high) && self.rows.proceeds(&self.policy, meter)?);
             }
         }
-        self.rows.proceeds(&self.policy, meter)
+        Ok(false)
+    }
+
+    /// Returns the bounds of a group after one step from others. The leading side guarantees one of them by its policy.
+    fn step(&self, group: usize, low: &[f64], high: &[f64]) -> (f64, f64) {
+        let (rows, action) = (self.rows, self.policy[group]);
+        let own = |upper: bool| rows.leads(group) && upper != rows.leads_up();
+        let lower = if own(false) { rows.below(action, low) } else { rows.best(group, false, low).0 };
+        let upper = if own(true) { rows.above(action, high) } else { rows.best(group, true, high).0 };
+        (lower, upper)
     }
 }
 
@@ -440,6 +456,16 @@ mod tests {
                 assert!(*low <= value && value <= *high, "{i}: {low} {high}");
                 assert!(low < high && high - low < 1e-8, "{i}: {low} {high}");
             }
+        }
+    }
+
+    #[test]
+    fn bounds_contain_gains_below_the_slack() {
+        for (optimum, other) in [(Optimum::Min, 1.0 - 1e-13), (Optimum::Max, 1.0 + 1e-13)] {
+            let exit = |value| (Vec::new(), Some((value, 1.0)));
+            let GroupBounds { low, high, .. } =
+                solve(&sparse(optimum, &[vec![exit(1.0), exit(other)]])).unwrap();
+            assert!(low[0] <= other && other <= high[0] && high[0] - low[0] < 2e-13, "{low:?} {high:?}");
         }
     }
 

@@ -44,17 +44,14 @@ pub(crate) struct GroupBounds<N = f64> {
 }
 
 impl GroupBounds {
-    /// Returns the bounds of some groups of which nothing is known.
-    pub(crate) fn nothing(groups: usize) -> Self {
-        GroupBounds { low: vec![0.0; groups], high: vec![f64::INFINITY; groups], picks: vec![NONE; groups] }
-    }
-
-    /// Narrows these bounds by others, and takes their choices where none are known.
-    pub(crate) fn narrow(&mut self, other: &GroupBounds) {
-        self.low.iter_mut().zip(&other.low).for_each(|(low, other)| *low = low.max(*other));
-        self.high.iter_mut().zip(&other.high).for_each(|(high, other)| *high = high.min(*other));
-        let open = self.picks.iter_mut().zip(&other.picks).filter(|(pick, _)| **pick == NONE);
+    /// Returns the narrowest of these bounds and of others, with the choices of the others where they are known.
+    pub(crate) fn and(self, others: Option<GroupBounds>) -> Self {
+        let Some(mut own) = others else { return self };
+        own.low.iter_mut().zip(&self.low).for_each(|(low, other)| *low = low.max(*other));
+        own.high.iter_mut().zip(&self.high).for_each(|(high, other)| *high = high.min(*other));
+        let open = own.picks.iter_mut().zip(&self.picks).filter(|(pick, _)| **pick == NONE);
         open.for_each(|(pick, other)| *pick = *other);
+        own
     }
 }
 

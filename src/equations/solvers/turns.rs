@@ -2,8 +2,8 @@
 //!
 //! Nobody knows beforehand whether value iteration settles soon or elimination fills in little. So both take turns with
 //! budgets that double, counted in the entries of rows that are read or written. Each continues from where it was, so
-//! that the work is at most a fixed multiple of that of the faster one. Fractions come in where elimination shows that
-//! doubles have too few digits.
+//! that the work is at most a fixed multiple of that of the faster one. While elimination may succeed, iteration gives up a
+//! turn that its changes shrink too slowly for. Fractions come in where elimination shows that doubles have too few digits.
 
 use crate::graphs::meter::{Meter, Stop};
 use crate::solvers::groups::Groups;
@@ -31,7 +31,7 @@ impl<N: Number> System<'_, N> {
     ) -> (GroupBounds, Result<()>) {
         let top = matches!(self.quantity, Quantity::Probability(_)).then_some(1.0);
         let (mut iteration, mut policies) = (Iteration::new(rows, top), Policies::new(rows));
-        let (mut known, mut is_hard, mut was_hard) = (GroupBounds::nothing(rows.groups()), false, false);
+        let (mut wide, mut is_hard, mut was_hard) = (None, false, false);
         let mut left = match self.only {
             Some(method) => vec![method],
             None if rows.groups() <= SMALL => vec![Method::Eliminate, Method::Iterate],
@@ -41,8 +41,8 @@ impl<N: Number> System<'_, N> {
         while !left.is_empty() {
             for method in std::mem::take(&mut left) {
                 let end = match method {
-                    Method::Iterate => iteration.turn(budget, meter).map(|()| iteration.found()),
-                    Method::Eliminate => policies.bounds(&iteration.found().picks, budget, meter),
+                    Method::Iterate => iteration.turn(budget, !is_hard, meter).map(|()| iteration.found()),
+                    Method::Eliminate => policies.bounds(&iteration.picks(), budget, meter),
                     Method::Exact => {
                         let found = self.fractions_of(groups, solution, &policies.picks(), budget, meter);
                         found.map(GroupBounds::rounded)
@@ -55,13 +55,9 @@ impl<N: Number> System<'_, N> {
                     Err(Stop::Later) => left.push(method),
                     // Iteration needs no more memory.
                     Err(Stop::Limit(Error::Limit(Limit::Memory { .. }))) => {}
-                    Err(Stop::Limit(error)) => {
-                        known.narrow(&iteration.found());
-                        return (known, Err(error));
-                    }
+                    Err(Stop::Limit(error)) => return (iteration.found().and(wide), Err(error)),
                     Ok(_) | Err(Stop::Never) if method == Method::Eliminate => {
-                        end.iter().for_each(|wide| known.narrow(wide));
-                        is_hard = true;
+                        (wide, is_hard) = (end.ok(), true);
                         left.push(Method::Exact);
                     }
                     Ok(_) | Err(Stop::Never) => {}
@@ -72,9 +68,8 @@ impl<N: Number> System<'_, N> {
                 break;
             }
             was_hard = is_hard;
-            budget *= 2;
+            budget = budget.saturating_mul(2);
         }
-        known.narrow(&iteration.found());
-        (known, Ok(()))
+        (iteration.found().and(wide), Ok(()))
     }
 }
