@@ -372,7 +372,7 @@ impl<'r> Policies<'r, f64> {
             let mut holds = true;
             for group in 0..low.len() {
                 meter.step()?;
-                let (lower, upper) = self.step(group, low, high);
+                let (lower, upper) = self.after_step(group, low, high);
                 holds &= low[group] <= lower && upper <= high[group];
                 (low[group], high[group]) = (low[group].min(lower), high[group].max(upper));
             }
@@ -384,7 +384,7 @@ impl<'r> Policies<'r, f64> {
     }
 
     /// Returns the bounds of a group after one step from others. The leading side guarantees one of them by its policy.
-    fn step(&self, group: usize, low: &[f64], high: &[f64]) -> (f64, f64) {
+    fn after_step(&self, group: usize, low: &[f64], high: &[f64]) -> (f64, f64) {
         let (rows, action) = (self.rows, self.policy[group]);
         let own = |upper: bool| rows.leads(group) && upper != rows.leads_up();
         let lower = if own(false) { rows.below(action, low) } else { rows.best(group, false, low).0 };

@@ -46,12 +46,12 @@ pub(crate) struct GroupBounds<N = f64> {
 impl GroupBounds {
     /// Returns the narrowest of these bounds and of others, with the choices of the others where they are known.
     pub(crate) fn and(self, others: Option<GroupBounds>) -> Self {
-        let Some(mut own) = others else { return self };
-        own.low.iter_mut().zip(&self.low).for_each(|(low, other)| *low = low.max(*other));
-        own.high.iter_mut().zip(&self.high).for_each(|(high, other)| *high = high.min(*other));
-        let open = own.picks.iter_mut().zip(&self.picks).filter(|(pick, _)| **pick == NONE);
+        let Some(mut narrow) = others else { return self };
+        narrow.low.iter_mut().zip(&self.low).for_each(|(low, other)| *low = low.max(*other));
+        narrow.high.iter_mut().zip(&self.high).for_each(|(high, other)| *high = high.min(*other));
+        let open = narrow.picks.iter_mut().zip(&self.picks).filter(|(pick, _)| **pick == NONE);
         open.for_each(|(pick, other)| *pick = *other);
-        own
+        narrow
     }
 }
 
