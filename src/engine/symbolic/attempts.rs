@@ -15,8 +15,10 @@ use super::store::walk::Pass;
 use super::{ChoiceSet, StateSet, SymbolicEngine};
 use crate::edge_labels::{EdgeLabels, remove_layer};
 use crate::engine::{Algebra, Region};
-use crate::schedule::Schedule;
 use meliora_base::error::Result;
+
+/// The recursion over parts among the ways to a fixpoint.
+pub(super) const BY_PARTS: usize = 0;
 
 impl SymbolicEngine {
     /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it
@@ -42,9 +44,9 @@ impl SymbolicEngine {
         };
         let (mut search, mut found, mut layer) = (None, lost.clone(), lost.clone());
         let mut rest = left.clone();
-        let ways = 1 + usize::from(parts.is_some());
-        let end = Schedule::new(ways, self.store.thresholds().first_turn).first_to_end(|turn| {
-            if let Some(parts) = parts.as_ref().filter(|_| turn.way == 0) {
+        let ways = usize::from(parts.is_none())..2;
+        let (mut left, lost) = self.store.in_turns(&self.store.leaders.lost, ways, |turn| {
+            if let Some(parts) = parts.as_ref().filter(|_| turn.way == BY_PARTS) {
                 let left = parts.lose(self, &lost, &left, turn.steps)?;
                 return Ok(left.map(|left| (left, None)));
             }
@@ -59,7 +61,6 @@ impl SymbolicEngine {
             found = all;
             Ok(done.then(|| (left.clone(), Some(found.clone()))))
         })?;
-        let (mut left, lost) = end.ok_or_else(|| self.store.full())?;
         if let Some(lost) = &lost {
             left.states = self.difference(&left.states, lost)?;
         }
@@ -138,8 +139,8 @@ pub(super) fn can_reach(
         }
     }
     let mut list = None;
-    let found = Schedule::new(2, store.thresholds().first_turn).first_to_end(|turn| {
-        if turn.way == 0 {
+    store.in_turns(&store.leaders.confined, 0..2, |turn| {
+        if turn.way == BY_PARTS {
             let found = store.reach_by(target, &parts, turn.steps)?;
             store.work.confined.fetch_add(u64::from(found.is_some()), Relaxed);
             return Ok(found);
@@ -149,8 +150,7 @@ pub(super) fn can_reach(
             None => list.insert(confined()?),
         };
         store.reach_as_before(pass, turn.steps, list, target, &engine.states.0)
-    })?;
-    found.ok_or_else(|| store.full())
+    })
 }
 
 /// Returns the relations with the steps of each group restricted to its allowed states (`None` allows all) and without

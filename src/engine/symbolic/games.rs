@@ -8,6 +8,7 @@
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, OnceLock};
 
+use super::attempts::BY_PARTS;
 use super::encoding::Encoding;
 use super::encoding::transitions::Transitions;
 use super::fixpoints::parts::Part;
@@ -19,7 +20,6 @@ use super::store::diagram::Bdd;
 use super::{ChoiceSet, StateSet, SymbolicEngine, pick};
 use crate::edge_labels::{self, EdgeLabels};
 use crate::engine::{Algebra, Engine};
-use crate::schedule::Schedule;
 use meliora_base::error::{Error, Result};
 use meliora_model::{Program, fault};
 
@@ -248,24 +248,22 @@ impl SymbolicEngine {
         let candidates = self.difference(&self.can_choose(&entering)?, &loops)?;
         let has_parts = dropped.is_empty() && self.has_few_parts()?;
         let mut lists = None;
-        let all = Schedule::new(1 + usize::from(has_parts), self.store.thresholds().first_turn)
-            .first_to_end(|turn| {
-                if has_parts && turn.way == 0 {
-                    return self.search_parts(opponent, &found, &candidates, winning, within, turn.steps);
-                }
-                if !dropped.is_empty() {
-                    return self.search_layers(&mut found, winning, within, dropped, turn.steps);
-                }
-                let lists = match &lists {
-                    Some(lists) => lists,
-                    None => lists.insert(self.search_lists(opponent, winning, within)?),
-                };
-                let open = self.difference(&candidates, &found)?;
-                let (all, done) = self.store.lose(&found.0, &open.0, lists, turn.steps)?;
-                found = StateSet(all);
-                Ok(done.then(|| found.clone()))
-            })?;
-        all.ok_or_else(|| self.store.full())
+        self.store.in_turns(&self.store.leaders.attracted, usize::from(!has_parts)..2, |turn| {
+            if turn.way == BY_PARTS {
+                return self.search_parts(opponent, &found, &candidates, winning, within, turn.steps);
+            }
+            if !dropped.is_empty() {
+                return self.search_layers(&mut found, winning, within, dropped, turn.steps);
+            }
+            let lists = match &lists {
+                Some(lists) => lists,
+                None => lists.insert(self.search_lists(opponent, winning, within)?),
+            };
+            let open = self.difference(&candidates, &found)?;
+            let (all, done) = self.store.lose(&found.0, &open.0, lists, turn.steps)?;
+            found = StateSet(all);
+            Ok(done.then(|| found.clone()))
+        })
     }
 
     /// Computes [`SymbolicEngine::attract_in_game`] layer by layer from the states found; `None` if it takes more than

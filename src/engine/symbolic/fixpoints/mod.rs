@@ -12,9 +12,10 @@ pub(in crate::symbolic) mod parts;
 mod reach;
 mod saturation;
 
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::ops::Range;
+use std::sync::atomic::Ordering::Relaxed;
 
-use crate::schedule::Schedule;
+use crate::schedule::{Leader, Schedule, Turn};
 use crate::symbolic::relations::lists::RelationList;
 use crate::symbolic::store::Store;
 use crate::symbolic::store::diagram::Bdd;
@@ -23,12 +24,38 @@ use attractor::Removed;
 use meliora_base::error::Result;
 use parts::{Known, Part};
 
+/// Saturation among the ways to reachability; the recursion is the other one.
+const BY_SATURATION: usize = 1;
+
 impl Store {
+    /// Lets some ways to a fixpoint take turns until one of them ends. That one leads the next search of this kind.
+    ///
+    /// # Errors
+    /// The first error of a turn.
+    pub(in crate::symbolic) fn in_turns<T>(
+        &self,
+        leader: &Leader,
+        ways: Range<usize>,
+        mut take: impl FnMut(Turn) -> Result<Option<T>>,
+    ) -> Result<T> {
+        let (steps, is_choice) = (&self.work.steps, ways.len() > 1);
+        for turn in Schedule::new(ways, self.thresholds().first_turn, leader) {
+            let before = steps.load(Relaxed);
+            if let Some(found) = take(turn)? {
+                if is_choice {
+                    leader.ended(turn.way, steps.load(Relaxed) - before);
+                }
+                return Ok(found);
+            }
+        }
+        Err(self.full())
+    }
+
     /// Computes μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y } for X ⊆ B.
     ///
     /// Two methods take turns: the recursion over all relations, which is usually faster, and saturation, which is
-    /// faster where components that read much of each other need many rounds. The one that ended last in this
-    /// direction is the first. Intermediate results are reused as long as the operation cache still has them.
+    /// faster where components that read much of each other need many rounds.
+    /// Intermediate results are reused as long as the operation cache still has them.
     pub(in crate::symbolic) fn reach(
         &self,
         pass: Pass,
@@ -37,10 +64,9 @@ impl Store {
         bound: &Bdd,
     ) -> Result<Bdd> {
         self.progress(pass.phase.unwrap_or_default());
-        let usual = self.saturates(pass.direction).load(Relaxed);
-        let found = Schedule::new(2, self.thresholds().first_turn)
-            .first_to_end(|turn| self.fixpoint(usual ^ (turn.way == 1), pass, turn.steps, list, x, bound));
-        found?.ok_or_else(|| self.full())
+        self.in_turns(self.reach_leader(pass.direction), 0..2, |turn| {
+            self.fixpoint(turn.way == BY_SATURATION, pass, turn.steps, list, x, bound)
+        })
     }
 
     /// Computes [`Store::reach`] by the method that ended last in this direction; `None` if it takes more than
@@ -53,7 +79,8 @@ impl Store {
         x: &Bdd,
         bound: &Bdd,
     ) -> Result<Option<Bdd>> {
-        self.fixpoint(self.saturates(pass.direction).load(Relaxed), pass, steps, list, x, bound)
+        let way = self.reach_leader(pass.direction).way();
+        self.fixpoint(way == BY_SATURATION, pass, steps, list, x, bound)
     }
 
     /// Computes [`Store::reach`] by saturation or by the recursion; `None` if it takes more than `steps` steps.
@@ -71,14 +98,13 @@ impl Store {
         let found = self.walk(pass, steps, close)?;
         if found.is_some() {
             self.work.reached[usize::from(by_saturation)].fetch_add(1, Relaxed);
-            self.saturates(pass.direction).store(by_saturation, Relaxed);
         }
         Ok(found)
     }
 
-    /// Returns whether saturation ended last in a direction.
-    fn saturates(&self, direction: Direction) -> &AtomicBool {
-        &self.saturates[usize::from(direction == Direction::Backward)]
+    /// Returns the method of [`Store::reach`] that leads in a direction.
+    fn reach_leader(&self, direction: Direction) -> &Leader {
+        &self.leaders.reach[usize::from(direction == Direction::Backward)]
     }
 
     /// Computes [`Walk::remove_attractor`]; `None` if that takes more than `steps` steps.

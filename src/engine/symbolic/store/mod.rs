@@ -17,7 +17,7 @@ pub(in crate::symbolic) mod tables;
 pub(crate) mod thresholds;
 pub(in crate::symbolic) mod walk;
 
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicU32, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use ahash::AHashSet;
@@ -31,7 +31,7 @@ use meliora_base::error::{Limit, Result};
 use meliora_base::progress::Poll;
 use meliora_base::progress::ProgressSink;
 use tables::{BYTES_PER_ENTRY, BYTES_PER_NODE, cache_entries, cache_for_bits, manager};
-use thresholds::{Thresholds, Work};
+use thresholds::{Leaders, Thresholds, Work};
 
 /// Bytes of stack per bit of a state that a recursion needs, with the recursions of OxiDD inside
 /// it.
@@ -67,8 +67,8 @@ pub(in crate::symbolic) struct Store {
     /// The tables that are emptied when memory is short.
     tables: Mutex<Vec<Arc<dyn Forgets>>>,
     pub(in crate::symbolic) work: Work,
-    /// For the forward and the backward direction, whether saturation was the last method to end.
-    pub(in crate::symbolic) saturates: [AtomicBool; 2],
+    /// The methods that lead each kind of fixpoint.
+    pub(in crate::symbolic) leaders: Leaders,
     thresholds: Thresholds,
     /// The bytes of stack that a recursion needs.
     stack: usize,
@@ -106,7 +106,7 @@ impl Store {
         let collect_at = thresholds.first_collection.min(capacity as usize / 2);
         Ok(Store {
             work: Work::default(),
-            saturates: Default::default(),
+            leaders: Leaders::default(),
             manager,
             sink: settings.sink.clone(),
             memory: memory.into(),

@@ -1,7 +1,9 @@
-//! The thresholds by which the symbolic engine chooses between methods with the same result, and
+//! The thresholds and leaders by which the symbolic engine chooses between methods with the same result, and
 //! counters of the methods used.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
+use crate::schedule::Leader;
 
 /// The sizes at which the engine changes from one method to another. Results do not depend on them.
 ///
@@ -13,7 +15,7 @@ pub struct Thresholds {
     /// allowed choices) if there are at most this many different cases per bit of a state. A case is a combination
     /// of the relation lists that remain below bits that keep their values. With more cases, they take no turn.
     pub relations_per_bit: usize,
-    /// Steps of a turn where ways race, and of the first one where methods take turns.
+    /// Steps of a turn where ways race, and of the first one where methods take turns, if none has ended more.
     pub first_turn: u64,
     /// Work of the explicit engine, in states and their successors, before other ways begin, if several race.
     pub work_before_diagrams: u64,
@@ -37,6 +39,19 @@ impl Default for Thresholds {
             first_collection: 16_000_000,
         }
     }
+}
+
+/// The methods that lead each kind of fixpoint.
+#[derive(Debug, Default)]
+pub(in crate::symbolic) struct Leaders {
+    /// Reachability in the forward and the backward direction.
+    pub(in crate::symbolic) reach: [Leader; 2],
+    /// Reachability by allowed choices.
+    pub(in crate::symbolic) confined: Leader,
+    /// Removal of losing states.
+    pub(in crate::symbolic) lost: Leader,
+    /// Attractors of games.
+    pub(in crate::symbolic) attracted: Leader,
 }
 
 /// Counters of the methods used.
