@@ -17,9 +17,6 @@ use crate::edge_labels::{EdgeLabels, remove_layer};
 use crate::engine::{Algebra, Region};
 use meliora_base::error::Result;
 
-/// The recursion over parts among the ways to a fixpoint.
-pub(super) const BY_PARTS: usize = 0;
-
 impl SymbolicEngine {
     /// Computes [`Engine::remove_attractor`]. With a set of states, the choices that may step into it
     /// have still to be removed from the result.
@@ -46,7 +43,7 @@ impl SymbolicEngine {
         let mut rest = left.clone();
         let ways = usize::from(parts.is_none())..2;
         let (mut left, lost) = self.store.in_turns(&self.store.leaders.lost, ways, |turn| {
-            if let Some(parts) = parts.as_ref().filter(|_| turn.way == BY_PARTS) {
+            if let Some(parts) = parts.as_ref().filter(|_| turn.way == 0) {
                 let left = parts.lose(self, &lost, &left, turn.steps)?;
                 return Ok(left.map(|left| (left, None)));
             }
@@ -140,7 +137,7 @@ pub(super) fn can_reach(
     }
     let mut list = None;
     store.in_turns(&store.leaders.confined, 0..2, |turn| {
-        if turn.way == BY_PARTS {
+        if turn.way == 0 {
             let found = store.reach_by(target, &parts, turn.steps)?;
             store.work.confined.fetch_add(u64::from(found.is_some()), Relaxed);
             return Ok(found);

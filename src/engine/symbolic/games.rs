@@ -8,7 +8,6 @@
 use std::sync::atomic::Ordering::Relaxed;
 use std::sync::{Arc, OnceLock};
 
-use super::attempts::BY_PARTS;
 use super::encoding::Encoding;
 use super::encoding::transitions::Transitions;
 use super::fixpoints::parts::Part;
@@ -249,7 +248,7 @@ impl SymbolicEngine {
         let has_parts = dropped.is_empty() && self.has_few_parts()?;
         let mut lists = None;
         self.store.in_turns(&self.store.leaders.attracted, usize::from(!has_parts)..2, |turn| {
-            if turn.way == BY_PARTS {
+            if turn.way == 0 {
                 return self.search_parts(opponent, &found, &candidates, winning, within, turn.steps);
             }
             if !dropped.is_empty() {

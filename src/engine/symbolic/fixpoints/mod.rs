@@ -24,9 +24,6 @@ use attractor::Removed;
 use meliora_base::error::Result;
 use parts::{Known, Part};
 
-/// Saturation among the ways to reachability; the recursion is the other one.
-const BY_SATURATION: usize = 1;
-
 impl Store {
     /// Lets some ways to a fixpoint take turns until one of them ends. That one leads the next search of this kind.
     ///
@@ -54,8 +51,7 @@ impl Store {
     /// Computes μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y } for X ⊆ B.
     ///
     /// Two methods take turns: the recursion over all relations, which is usually faster, and saturation, which is
-    /// faster where components that read much of each other need many rounds.
-    /// Intermediate results are reused as long as the operation cache still has them.
+    /// faster where components that read much of each other need many rounds; it is way 1. Intermediate results are reused as long as the operation cache still has them.
     pub(in crate::symbolic) fn reach(
         &self,
         pass: Pass,
@@ -65,7 +61,7 @@ impl Store {
     ) -> Result<Bdd> {
         self.progress(pass.phase.unwrap_or_default());
         self.in_turns(self.reach_leader(pass.direction), 0..2, |turn| {
-            self.fixpoint(turn.way == BY_SATURATION, pass, turn.steps, list, x, bound)
+            self.fixpoint(turn.way == 1, pass, turn.steps, list, x, bound)
         })
     }
 
@@ -79,8 +75,8 @@ impl Store {
         x: &Bdd,
         bound: &Bdd,
     ) -> Result<Option<Bdd>> {
-        let way = self.reach_leader(pass.direction).way();
-        self.fixpoint(way == BY_SATURATION, pass, steps, list, x, bound)
+        let by_saturation = self.reach_leader(pass.direction).way() == 1;
+        self.fixpoint(by_saturation, pass, steps, list, x, bound)
     }
 
     /// Computes [`Store::reach`] by saturation or by the recursion; `None` if it takes more than `steps` steps.
