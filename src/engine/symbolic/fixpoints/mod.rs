@@ -51,7 +51,8 @@ impl Store {
     /// Computes μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y } for X ⊆ B.
     ///
     /// Two methods take turns: the recursion over all relations, which is usually faster, and saturation, which is
-    /// faster where components that read much of each other need many rounds; it is way 1. Intermediate results are reused as long as the operation cache still has them.
+    /// faster where components that read much of each other need many rounds; it is way 1.
+    /// Intermediate results are reused as long as the operation cache still has them.
     pub(in crate::symbolic) fn reach(
         &self,
         pass: Pass,
