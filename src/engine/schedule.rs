@@ -34,8 +34,8 @@ impl Leader {
 /// round before. So the first way has the first budget alone, and half of all later work. Whichever way is the best, all of
 /// them together take at most a fixed multiple of its work. A single way has no budget.
 ///
-/// The first budget is at least the steps with which the leader has ended searches. If this turn is in vain, it at most
-/// doubles the steps of those searches, and the next turn of this kind depends on the way that ends this search.
+/// The first budget is at least the steps with which the leader has ended searches since it leads. A turn in vain at most
+/// doubles these: if another way ends this search, it leads, and they are forgotten; else this search takes more.
 pub(crate) struct Schedule {
     /// The ways in the order of their turns.
     ways: Vec<usize>,

@@ -25,7 +25,8 @@ use meliora_base::error::Result;
 use parts::{Known, Part};
 
 impl Store {
-    /// Lets some ways to a fixpoint take turns until one of them ends. That one leads the next search of this kind.
+    /// Lets some ways to a fixpoint take turns until one of them ends. That one leads the next search of this kind, unless
+    /// it was the only way: then nothing was compared.
     ///
     /// # Errors
     /// The first error of a turn.
@@ -51,8 +52,8 @@ impl Store {
     /// Computes μY. X ∪ { s ∈ B : one step of the list, in a direction, joins s and Y } for X ⊆ B.
     ///
     /// Two methods take turns: the recursion over all relations, which is usually faster, and saturation, which is
-    /// faster where components that read much of each other need many rounds; it is way 1.
-    /// Intermediate results are reused as long as the operation cache still has them.
+    /// faster where components that read much of each other need many rounds; it is way 1. Intermediate results are
+    /// reused as long as the operation cache still has them.
     pub(in crate::symbolic) fn reach(
         &self,
         pass: Pass,

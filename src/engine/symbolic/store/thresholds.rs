@@ -11,11 +11,11 @@ use crate::schedule::Leader;
 /// inside it, a node that was made without such a result, or a relation in new cofactors of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Thresholds {
-    /// The recursions over groups of choices with their bounds take the first turn (losing states, reachability by
+    /// The recursions over groups of choices with their bounds lead at first (losing states, reachability by
     /// allowed choices) if there are at most this many different cases per bit of a state. A case is a combination
     /// of the relation lists that remain below bits that keep their values. With more cases, they take no turn.
     pub relations_per_bit: usize,
-    /// Steps of a turn where ways race, and of the first one where methods take turns, if none has ended more.
+    /// Steps of a turn where ways race, and the least steps of the first one where methods take turns.
     pub first_turn: u64,
     /// Work of the explicit engine, in states and their successors, before other ways begin, if several race.
     pub work_before_diagrams: u64,
