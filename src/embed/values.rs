@@ -98,6 +98,11 @@ impl<E: Engine> Evaluation<'_, E> {
             if solved.is_err() || values.is_settled() {
                 break solved;
             }
+            let close = || exploration.close(&mut values, nodes + nodes / 2);
+            let closed = work.timed("explore", close, |r, s| r.time.add("explore", s));
+            if closed.is_err() || values.is_settled() {
+                break closed;
+            }
         };
         let widest = self.fill(&values, states, wanted.shown, lines)?;
         solved?;

@@ -91,4 +91,6 @@ pub struct Usage {
     pub peak_nodes: u64,
     /// The bytes of the engine's own tables.
     pub bytes: u64,
+    /// The steps of all recursions over diagrams: a measure of work that does not depend on the machine; 0 without diagrams.
+    pub steps: u64,
 }

@@ -39,7 +39,8 @@
 //!    methods solve its components; policy iteration changes the policy of the side that has to leave a component where
 //!    another choice is better than the best answer to it.
 //! 7. *Parts.* For the values of some states, a part of the graph may be enough: one in which the best choices end even if all
-//!    states outside of it have the best values.
+//!    states outside of it have the best values. Where few steps to an improvement are lost is explored first; from states
+//!    outside, choices with the fewest steps are followed until they end in the part.
 //! 8. *Steps.* Bounds on the number of steps are steps backward over vectors.
 //!
 //! `benches/tuning.md` has figures for the methods.

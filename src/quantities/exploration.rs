@@ -1,10 +1,13 @@
 //! The exploration of the states whose values are asked for.
 
 use meliora_base::error::{Error, Result};
+use meliora_base::exact::Ratio;
 use meliora_engine::Engine;
 use meliora_model::{Program, State};
 use meliora_planning::levels::End;
 use meliora_planning::{Analysis, Kind};
+
+use num_traits::Zero;
 
 use crate::cost::Cost;
 use crate::explore::Explorer;
@@ -48,8 +51,8 @@ impl<'a, E: Engine> Exploration<'a, E> {
         self.explore(values, None, |explorer| self.nodes(explorer, starts))
     }
 
-    /// Does the same as [`Exploration::run`], but ends with that many nodes; the next call continues where the best choices
-    /// lead. Fractions, curves, and values of games need all nodes at once. Between the calls, [`Values::solve`] finds
+    /// Does the same as [`Exploration::run`], but ends with that many nodes; the next call continues where the fewest
+    /// steps to an improvement are lost. Fractions, curves, and values of games need all nodes at once. Between the calls, [`Values::solve`] finds
     /// bounds, and [`Values::is_settled`] tells whether they are narrow.
     ///
     /// # Errors
@@ -60,6 +63,27 @@ impl<'a, E: Engine> Exploration<'a, E> {
             return self.run(values, starts);
         }
         self.explore(values, Some(nodes), |explorer| self.nodes(explorer, starts))
+    }
+
+    /// Explores further where the best choices lead, until choices that are followed end in the part that was explored, or it
+    /// has that many nodes; then their values bound those of the whole. To be called after [`Values::solve`], before the next
+    /// part. Cost: that of the nodes, and the equations of these choices.
+    ///
+    /// # Errors
+    /// The errors of [`Exploration::run`].
+    pub fn close(&self, values: &mut Values, nodes: usize) -> Result<()> {
+        if values.is_settled() || values.starts.iter().all(|&start| values.graph.steps(start) == 0) {
+            return Ok(());
+        }
+        let mut meter = Meter::settled(self.analysis.engine());
+        meter.take(values.graph.bytes() + values.places.bytes())?;
+        let Values { graph, places, found, .. } = values;
+        let mut explorer = Explorer::new(&self.facts, self.costs, graph, places, &mut meter)?;
+        let end = explorer.close(found, nodes);
+        drop(explorer);
+        graph.finish();
+        end?;
+        found.judge(graph, &mut meter)
     }
 
     /// Adds the nodes of some states; unsafe states have none.
@@ -100,17 +124,20 @@ impl<'a, E: Engine> Exploration<'a, E> {
         meter.take(values.graph.bytes() + values.places.bytes())?;
         let (graph, places) = (&mut values.graph, &mut values.places);
         if part.is_some() {
-            graph.be_part();
+            graph.be_part(self.costs.constant().unwrap_or_else(Ratio::zero));
         }
         let mut explorer = Explorer::new(&self.facts, self.costs, graph, places, &mut meter)?;
         let starts = start(&mut explorer);
-        let missing = values.found.take_missing();
+        let is_first = !values.found.forget();
         let end = starts.and_then(|starts| {
             values.starts = starts;
             match part {
                 Some(nodes) => {
-                    let first = missing.unwrap_or_else(|| values.starts.clone());
-                    explorer.extend(&first, nodes)
+                    // The values of most states need few nodes, and no distances.
+                    if !is_first {
+                        explorer.measure(&values.starts)?;
+                    }
+                    explorer.extend(&values.starts, nodes)
                 }
                 None => explorer.run(),
             }

@@ -4,7 +4,7 @@
 //! States from which no improvement is possible have the values 0; they are not explored further. Nodes are numbered in
 //! the order in which they are found: a breadth-first search.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use bitvec::vec::BitVec;
 use num_traits::{One, Zero};
@@ -14,7 +14,7 @@ use crate::facts::{Known, Standing};
 use crate::places::{Noted, Place, Places};
 use meliora_base::error::Result;
 use meliora_base::exact::Ratio;
-use meliora_equations::{Edge, Graph, LOST, Meter, Rank};
+use meliora_equations::{Edge, Graph, LOST, Meter, Quantities, Rank};
 use meliora_model::State;
 use meliora_model::preference::Change;
 use meliora_space::index::Looked;
@@ -90,7 +90,47 @@ impl<'a, 'm> Explorer<'a, 'm> {
         let node = self.graph.add_node(rank, place.junction, self.meter)?;
         let noted = Noted { class, own: place.arena == own, unrestricted };
         self.places.add(place, code, noted, self.meter)?;
+        self.note_steps(node, state)?;
         Ok(node)
+    }
+
+    /// Returns the arena of a node with distances: an improvement is certain there.
+    fn measured(&self, node: u32) -> Option<usize> {
+        let is_certain = self.graph.rank(node).sure > 0 && !self.graph.is_junction(node);
+        self.places.arena(node).filter(|_| is_certain).map(|arena| arena as usize)
+    }
+
+    /// Notes the least number of steps of a node to an improvement, as far as it is known.
+    fn note_steps(&mut self, node: u32, state: &[i64]) -> Result<()> {
+        let Some(arena) = self.measured(node) else { return Ok(()) };
+        match self.facts.steps(arena, state)? {
+            steps if steps == self.graph.steps(node) => {}
+            steps => self.graph.note_steps(node, steps),
+        }
+        Ok(())
+    }
+
+    /// Measures the steps of some nodes to an improvement, and then those of all nodes. Cost: the layers of their arenas, and
+    /// some membership tests per node.
+    pub(crate) fn measure(&mut self, starts: &[u32]) -> Result<()> {
+        for &start in starts.iter().filter(|&&start| self.graph.steps(start) == 0) {
+            if let Some(arena) = self.measured(start) {
+                self.facts.measure(arena, &self.places.state(start), true)?;
+            }
+        }
+        for node in 0..self.graph.nodes() as u32 {
+            self.renote(node)?;
+        }
+        Ok(())
+    }
+
+    /// Notes the steps of a node to an improvement again, if they may be known better since.
+    fn renote(&mut self, node: u32) -> Result<()> {
+        let is_tight = |arena| self.facts.is_tight(arena, self.graph.steps(node));
+        match self.measured(node).is_none_or(is_tight) {
+            true => Ok(()),
+            false => self.note_steps(node, &self.places.state(node)),
+        }
     }
 
     /// Returns what an arena knows about a state; nothing is known outside of all arenas.
@@ -117,25 +157,72 @@ impl<'a, 'm> Explorer<'a, 'm> {
         Ok(())
     }
 
-    /// Explores more nodes of a part of a graph, those that are nearest to some nodes, until the part has that many.
+    /// Explores more nodes of a part of a graph, those that are nearest to some nodes, until the part has that many. The
+    /// length of a step is 1 plus the change of the least number of steps to an improvement.
     ///
     /// # Errors
     /// The errors of [`Explorer::run`].
     pub(crate) fn extend(&mut self, from: &[u32], most: usize) -> Result<()> {
         let walker = Walker::new(self.facts.program(), self.facts.sink())?;
         let (mut walk, mut steps) = (walker.walk(), Steps::default());
-        let (mut queue, mut seen) = (VecDeque::from(from.to_vec()), BitVec::<usize>::new());
+        let mut queues = BTreeMap::from([(0, VecDeque::from(from.to_vec()))]);
+        let mut seen = BitVec::<usize>::new();
         while self.graph.nodes() < most
-            && let Some(node) = queue.pop_front()
+            && let Some(mut queue) = queues.first_entry()
         {
+            let lost = *queue.key();
+            let Some(node) = queue.get_mut().pop_front() else {
+                queue.remove();
+                continue;
+            };
             if self.graph.is_frontier(node) {
                 self.expand(node, &mut *walk, &mut steps)?;
             }
             seen.resize(self.graph.nodes(), false);
             let new = |&to: &u32| to != LOST && !seen.replace(to as usize, true);
-            queue.extend(self.graph.successors(node).filter(new));
+            for to in self.graph.successors(node).filter(new) {
+                queues.entry(lost + self.lost_steps(node, to)).or_default().push_back(to);
+            }
         }
         Ok(())
+    }
+
+    /// Returns the steps that a step between two nodes loses: 1 plus the change of the least number of steps to an improvement.
+    fn lost_steps(&self, node: u32, to: u32) -> u32 {
+        match self.graph.is_junction(node) {
+            true => 0,
+            false => (1 + self.graph.steps(to)).saturating_sub(self.graph.steps(node)),
+        }
+    }
+
+    /// Explores where the choices lead that are [followed](Quantities::follow), until they end in the part, or it has that many
+    /// nodes.
+    ///
+    /// # Errors
+    /// The errors of [`Explorer::run`].
+    pub(crate) fn close(&mut self, found: &mut Quantities, most: usize) -> Result<()> {
+        let walker = Walker::new(self.facts.program(), self.facts.sink())?;
+        let (mut walk, mut steps) = (walker.walk(), Steps::default());
+        loop {
+            let next = found.follow(self.graph);
+            for &node in &next {
+                if self.graph.nodes() >= most {
+                    return Ok(());
+                }
+                if let Some(arena) = self.measured(node) {
+                    self.facts.measure(arena, &self.places.state(node), false)?;
+                }
+                if self.graph.is_frontier(node) {
+                    self.expand(node, &mut *walk, &mut steps)?;
+                }
+                for to in self.graph.successors(node).filter(|&to| to != LOST).collect::<Vec<_>>() {
+                    self.renote(to)?;
+                }
+            }
+            if next.is_empty() {
+                return Ok(());
+            }
+        }
     }
 
     /// Adds the choices of a node.

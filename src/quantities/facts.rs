@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use smallvec::SmallVec;
 
+use crate::distances::Distances;
 use meliora_base::error::{Error, Result};
 use meliora_base::progress::ProgressSink;
 use meliora_engine::Engine;
@@ -34,6 +35,11 @@ pub(crate) struct Facts<'a, E: Engine> {
     theirs: Option<E::States>,
     /// The tests of the arenas in which states were looked up.
     tests: Vec<OnceCell<Test<'a>>>,
+    /// The distances of each arena in which they were asked for.
+    distances: Vec<OnceCell<Distances<'a, E>>>,
+    /// The steps that the engine may have taken when distances are computed: those of the states asked for take no more steps
+    /// than there were before, and those of other states a quarter of those.
+    budgets: [OnceCell<u64>; 2],
 }
 
 /// A test for membership in any number of sets.
@@ -125,6 +131,23 @@ pub(crate) trait Known {
     /// Returns whether an arena keeps a choice of a state.
     fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool>;
 
+    /// Returns a lower bound of the number of steps of a state of an arena to an improvement that is certain; 0 if none is
+    /// known. Cost: see [`Distances::steps`].
+    ///
+    /// # Errors
+    /// A limit is reached.
+    fn steps(&self, arena: usize, state: &[i64]) -> Result<u32>;
+
+    /// Returns whether such a bound remains as it is after [`Known::measure`].
+    fn is_tight(&self, arena: usize, steps: u32) -> bool;
+
+    /// Lets these bounds be tight for a state of an arena that is asked for, or another one, as far as that does not take too
+    /// many steps of the engine. Cost: see [`Distances::widen`].
+    ///
+    /// # Errors
+    /// A limit is reached.
+    fn measure(&self, arena: usize, state: &[i64], is_asked: bool) -> Result<()>;
+
     /// Returns whether the model is a game.
     fn is_game(&self) -> bool;
 
@@ -157,7 +180,22 @@ impl<'a, E: Engine> Facts<'a, E> {
         let restricted: Vec<_> = improvement.arenas.iter().map(restricted).collect::<Result<_>>()?;
         let theirs = engine.theirs();
         let tests = improvement.arenas.iter().map(|_| OnceCell::new()).collect();
-        Ok(Facts { engine, program, classes, improvement, spi, sasi, strict, restricted, theirs, tests })
+        let distances = improvement.arenas.iter().map(|_| OnceCell::new()).collect();
+        let budgets = Default::default();
+        Ok(Facts {
+            engine,
+            program,
+            classes,
+            improvement,
+            spi,
+            sasi,
+            strict,
+            restricted,
+            theirs,
+            tests,
+            distances,
+            budgets,
+        })
     }
 
     /// Builds the test of the states of an arena.
@@ -233,6 +271,34 @@ impl<E: Engine> Known for Facts<'_, E> {
 
     fn keeps(&self, arena: usize, state: &[i64], choice: &Choice) -> Result<bool> {
         self.engine.contains_choice(&self.improvement.arenas[arena].choices, state, choice)
+    }
+
+    fn steps(&self, arena: usize, state: &[i64]) -> Result<u32> {
+        self.distances[arena].get().map_or(Ok(0), |distances| distances.steps(state))
+    }
+
+    fn is_tight(&self, arena: usize, steps: u32) -> bool {
+        self.distances[arena].get().is_none_or(|distances| distances.is_tight(steps))
+    }
+
+    fn measure(&self, arena: usize, state: &[i64], is_asked: bool) -> Result<()> {
+        // The strict levels are owned by the facts; without them, those of the analysis are the certain ones.
+        let levels = if self.strict.is_some() { None } else { self.sasi.found.first() };
+        let Some(game) = levels.and_then(|level| level.games.get(arena)) else { return Ok(()) };
+        let [first, other] = &self.budgets;
+        let before = self.engine.usage().steps;
+        let first = *first.get_or_init(|| 2 * before);
+        let budget = if is_asked { first } else { *other.get_or_init(|| before + (before - first / 2) / 4) };
+        let known = &self.distances[arena];
+        let distances = match known.get() {
+            Some(distances) => distances,
+            None if self.engine.usage().steps >= budget => return Ok(()),
+            None => {
+                let distances = Distances::new(self.engine, game)?;
+                known.get_or_init(|| distances)
+            }
+        };
+        distances.widen(state, budget)
     }
 
     fn is_game(&self) -> bool {

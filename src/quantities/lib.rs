@@ -68,6 +68,7 @@ mod chain;
 pub mod choose;
 pub mod confirmed;
 pub mod cost;
+mod distances;
 pub mod exploration;
 mod explore;
 mod facts;

@@ -180,7 +180,7 @@ impl Values {
             return Bounds::point(1);
         }
         let known = self.found.value(node.0, Quantity::Probability(k as u32));
-        let known = known.filter(|_| !self.graph.is_frontier(node.0));
+        let known = known.filter(|_| self.found.is_solved(&self.graph, node.0));
         known.map_or_else(|| Bounds::any(1.0), |bounds| bounds.at_most(1.0))
     }
 
@@ -201,7 +201,7 @@ impl Values {
             return self.probability(node, 1);
         }
         let known = self.found.value(node.0, Quantity::Number);
-        let known = known.filter(|_| !self.graph.is_frontier(node.0));
+        let known = known.filter(|_| self.found.is_solved(&self.graph, node.0));
         known.unwrap_or_else(|| Bounds::any(f64::INFINITY))
     }
 

@@ -268,6 +268,7 @@ fn parts<E: Engine>(right: &Check<'_, E>, state: &State) {
     for nodes in 1.. {
         exploration.run_part(&mut part, std::slice::from_ref(state), nodes).unwrap();
         part.solve(analysis.engine()).unwrap();
+        exploration.close(&mut part, nodes + nodes / 2).unwrap();
         let node = part.start(state).unwrap();
         let mut pairs = vec![(Some(part.number(node)), Some(right.values.number(start)))];
         for k in 1..=LEVELS {

@@ -25,11 +25,13 @@ pub struct Rank {
     pub sure: u32,
 }
 
-/// The rank of a node, and whether it is a junction.
+/// The facts about a node that it shares with many others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Kind {
     rank: Rank,
     junction: bool,
+    /// A lower bound of the number of steps to an improvement.
+    steps: u32,
 }
 
 /// A node: a state in an arena. Under `prefix`, an improving step first enters a *junction*, a node
@@ -46,8 +48,11 @@ pub struct Graph {
     last: u32,
     /// In a part of a graph, the number of nodes of the [frontier](Graph::is_frontier).
     pub(crate) frontier: usize,
-    /// In a part of a graph, the greatest number of improvements of each kind, by its number among the fractions.
-    most: Vec<u32>,
+    /// In a part of a graph, the greatest number of improvements of each kind, and its least cost until an improvement, by
+    /// their numbers among the fractions.
+    best: Vec<[u32; 2]>,
+    /// A lower bound of the cost of a step.
+    step_cost: Ratio,
     /// The nodes with their choices and owners, as far as these have begun; the fractions are those of costs, too.
     pub(crate) game: GameGraph,
     /// The cost of each choice, by its number in [`GameGraph::fractions`].
@@ -82,8 +87,10 @@ impl Graph {
     }
 
     /// Lets nodes be explored in any order, before the first one is added: the graph may end as a part of a larger one.
-    pub fn be_part(&mut self) {
+    /// `step_cost` is a lower bound of the cost of a step.
+    pub fn be_part(&mut self, step_cost: Ratio) {
         self.row_of.get_or_insert_default();
+        self.step_cost = step_cost;
     }
 
     /// Returns the probabilities and costs, for more of them.
@@ -105,13 +112,25 @@ impl Graph {
     pub fn add_node(&mut self, rank: Rank, junction: bool, meter: &mut Meter) -> Result<u32> {
         meter.take(self.bytes_of_node())?;
         let node = meter.number(self.nodes())?;
-        let kind = self.kind(Kind { rank, junction });
+        let kind = self.kind(Kind { rank, junction, steps: 0 });
         self.kind_of.push(kind);
         if let Some(rows) = &mut self.row_of {
             rows.push(NONE);
             self.frontier += usize::from(rank.positive > 0);
         }
         Ok(node)
+    }
+
+    /// Returns a lower bound of the number of steps of a node to an improvement, if it is certain; 0 if none is known.
+    pub fn steps(&self, node: u32) -> u32 {
+        self.kinds[self.kind_of.get(node as usize) as usize].steps
+    }
+
+    /// Notes a lower bound of the number of steps of a node to an improvement.
+    pub fn note_steps(&mut self, node: u32, steps: u32) {
+        let known = self.kinds[self.kind_of.get(node as usize) as usize];
+        let kind = self.kind(Kind { steps, ..known });
+        self.kind_of.set(node as usize, kind);
     }
 
     /// Returns the number of a kind, a new one if the kind is new.
@@ -149,18 +168,26 @@ impl Graph {
         self.row_of.as_ref().is_none_or(|rows| rows[node as usize] == NONE) && self.rank(node).positive > 0
     }
 
-    /// Notes the greatest numbers of improvements of all kinds.
-    fn note_improvements(&mut self) {
-        let positive = self.kinds.iter().map(|kind| kind.rank.positive);
-        let counts: Vec<u32> = positive.map(|k| if k == EVERY { 0 } else { k }).collect();
-        self.most =
-            counts.into_iter().map(|count| self.fraction(Ratio::from_integer(count.into()))).collect();
+    /// Notes the best values of all kinds.
+    fn note_best(&mut self) {
+        for kind in self.best.len()..self.kinds.len() {
+            let Kind { rank: Rank { positive, .. }, steps, .. } = self.kinds[kind];
+            let most = Ratio::from_integer(if positive == EVERY { 0 } else { positive }.into());
+            let least = &self.step_cost * Ratio::from_integer(steps.into());
+            let best = [most, least].map(|value| self.fraction(value));
+            self.best.push(best);
+        }
     }
 
     /// Returns the greatest number of improvements of an unexplored node, by its number among the fractions; meaningless if
     /// there is none.
     pub(crate) fn most_improvements(&self, node: u32) -> u32 {
-        self.most[self.kind_of.get(node as usize) as usize]
+        self.best[self.kind_of.get(node as usize) as usize][0]
+    }
+
+    /// Returns a lower bound of the cost until an improvement, if it is certain, by its number among the fractions.
+    pub(crate) fn least_cost(&self, node: u32) -> u32 {
+        self.best[self.kind_of.get(node as usize) as usize][1]
     }
 
     /// Returns whether some node may have such a rank. Cost: linear in the number of different ranks.
@@ -232,7 +259,7 @@ impl Graph {
     /// Ends the graph, or a part of it: the nodes whose choices have not begun have none.
     pub fn finish(&mut self) {
         if self.row_of.is_some() {
-            return self.note_improvements();
+            return self.note_best();
         }
         let (nodes, choices) = (self.nodes(), self.costs.len() as u32);
         self.choices.first.resize(nodes + 1, choices);

@@ -46,6 +46,17 @@ impl Narrow {
         }
     }
 
+    /// Replaces the number at a position. Cost: as [`Narrow::push`].
+    pub(crate) fn set(&mut self, position: usize, number: u32) {
+        self.widen(number);
+        match self {
+            Narrow::Same { .. } => {}
+            Narrow::Bytes(list) => list[position] = number as u8,
+            Narrow::Shorts(list) => list[position] = number as u16,
+            Narrow::Words(list) => list[position] = number,
+        }
+    }
+
     fn push_any(&mut self, number: u32) {
         self.widen(number);
         match self {

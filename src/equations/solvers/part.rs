@@ -2,8 +2,9 @@
 //!
 //! Nodes that were not explored get the best values that their ranks allow, so the solution of the part bounds the values of
 //! the whole graph from one side: P_k and N from above, C_k from below. If the choices that attain it enter no unexplored
-//! node, their values bound those of the whole graph from the other side. Else the nodes near the paths of these choices are
-//! to be explored next.
+//! node, their values bound those of the whole graph from the other side. Else nodes are explored along the fewest steps from
+//! the entered ones to an improvement, until some choices end in the part: where the unexplored nodes are entered rarely, these
+//! are almost as good. If they are not, more nodes are to be explored.
 //!
 //! Sources: E. Hansen and S. Zilberstein, "LAO*: a heuristic search algorithm that finds solutions with loops" (2001);
 //! T. Brázdil et al., "Verification of Markov decision processes using learning algorithms" (ATVA 2014).
@@ -20,96 +21,126 @@ use crate::solvers::solved::Solved;
 use crate::solvers::system::{Quantity, System};
 use meliora_base::interval::{Interval, PRECISION};
 
-/// The nodes that a part of a graph lacks for the values of some nodes.
+/// The best choices for one quantity.
 #[derive(Debug)]
-pub(crate) struct Missing {
-    /// True if the bounds of these values are narrow.
-    pub(crate) is_narrow: bool,
-    /// The nodes that the best choices reach, the unexplored ones first: the nodes near them are to be explored next.
-    pub(crate) nodes: Vec<u32>,
-}
-
-/// The nodes that the best choices for one quantity reach.
 struct Followed {
     quantity: Quantity,
+    /// The nodes that these choices reach.
     nodes: BitVec,
     /// These choices.
     picks: BitVec,
+    /// The nodes in which the way with the fewest steps to an improvement is taken.
+    nearest: BitVec,
 }
 
-/// The solutions of a part of a graph, and the nodes that their choices reach.
-struct Part<'a> {
-    graph: &'a Graph,
-    solved: &'a mut Solved<Interval>,
+/// The search for choices that end in a part of a graph: the best ones, and from nodes that were not solved or from which
+/// they never lead to an improvement, those with the fewest steps to one.
+#[derive(Debug)]
+pub(crate) struct Search {
     /// P_1, P_2, …, C_1, C_2, …, N
     followed: Vec<Followed>,
     /// The nodes whose choices were not followed yet.
     open: Vec<(Quantity, u32)>,
-    /// The nodes that choices enter.
-    entered: BitVec,
+    /// Nodes that are to be explored, or whose next nodes are to be measured, before they are followed.
+    waiting: Vec<(Quantity, u32)>,
+    /// The number of choices of the nodes that were solved: those of nodes that are explored later follow them.
+    solved: u32,
+    /// The values that are asked for, and those after one choice.
+    asked: Vec<(Quantity, u32)>,
+    /// True unless an equation was not solved, or a node has no way to an improvement.
+    is_known: bool,
+    /// True if the bounds of the values that are asked for are narrow.
+    pub(crate) is_narrow: bool,
 }
 
-/// Replaces the solutions of a part of a graph, in which unexplored nodes have the best values, by bounds for the whole
-/// graph. `complete` says whether all systems were solved. Cost: some steps over the graph, and the solution of the equations
-/// of the best choices.
-///
-/// # Errors
-/// A limit is reached.
-pub(crate) fn settle(
-    solved: &mut Solved<Interval>,
-    graph: &Graph,
-    starts: &[u32],
-    complete: bool,
-    meter: &mut Meter<'_>,
-) -> Result<Missing> {
-    let mut part = Part::new(graph, solved);
-    let asked = part.enter_starts(starts);
-    let is_closed = complete && part.follow() && part.entered(true).next().is_none();
-    let attained = if is_closed { part.attained(meter) } else { Ok(Vec::new()) };
-    part.bound(attained.as_deref().unwrap_or_default());
-    attained?;
-    let is_narrow = is_closed && asked.iter().all(|&(quantity, node)| part.is_narrow(quantity, node));
-    let nodes = part.entered(true).chain(part.entered(false)).collect();
-    Ok(Missing { is_narrow, nodes })
+/// A part of a graph, the solutions of its equations, and the search for choices that end in it.
+pub(crate) struct Part<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) solved: &'a mut Solved<Interval>,
+    pub(crate) search: &'a mut Search,
 }
 
-impl<'a> Part<'a> {
-    fn new(graph: &'a Graph, solved: &'a mut Solved<Interval>) -> Self {
-        let of = |quantity| Followed {
-            quantity,
-            nodes: BitVec::repeat(false, graph.nodes()),
-            picks: BitVec::repeat(false, graph.choices_in_all()),
-        };
+impl Search {
+    /// Begins a search in a part of a graph, in which unexplored nodes have the best values: these solutions become bounds
+    /// for the whole graph. `is_known` says whether all systems were solved. Cost: linear.
+    pub(crate) fn begin(
+        graph: &Graph,
+        solved: &mut Solved<Interval>,
+        starts: &[u32],
+        is_known: bool,
+    ) -> Search {
+        let none = BitVec::new;
+        let of = |quantity| Followed { quantity, nodes: none(), picks: none(), nearest: none() };
         let followed = solved.quantities().take(solved.solutions.len()).map(of).collect();
-        Part { graph, solved, followed, open: Vec::new(), entered: BitVec::repeat(false, graph.nodes()) }
+        let (open, waiting, asked) = (Vec::new(), Vec::new(), Vec::new());
+        let mut search = Search {
+            followed,
+            open,
+            waiting,
+            solved: graph.choices_in_all() as u32,
+            asked,
+            is_known,
+            is_narrow: false,
+        };
+        let mut part = Part { graph, solved, search: &mut search };
+        part.resize();
+        part.enter_starts(starts);
+        part.bound(&[]);
+        search.asked = search.open.iter().chain(&search.waiting).copied().collect();
+        search
     }
 
-    /// Enters some nodes and the ends of their choices with all quantities; returns these.
-    fn enter_starts(&mut self, starts: &[u32]) -> Vec<(Quantity, u32)> {
+    /// Returns whether a choice is one of a node that was solved.
+    pub(crate) fn has_solved(&self, choice: u32) -> bool {
+        choice < self.solved
+    }
+}
+
+impl Part<'_> {
+    /// Follows the choices as far as the nodes are explored. Returns the nodes that are to be explored, or whose next nodes
+    /// are to be measured, before the next call; none if the choices end in the part. Cost: linear in the nodes that the choices
+    /// reach.
+    pub(crate) fn follow(&mut self) -> Vec<u32> {
+        self.resize();
+        let (waiting, ready): (Vec<_>, Vec<_>) = std::mem::take(&mut self.search.waiting)
+            .into_iter()
+            .partition(|&(_, node)| self.graph.is_frontier(node));
+        self.search.waiting = waiting;
+        self.search.open.extend(ready);
+        while let Some((quantity, node)) = self.search.open.pop() {
+            let Some(choice) = self.pick(quantity, node) else {
+                self.search.is_known = false;
+                continue;
+            };
+            let at = self.solved.place(quantity);
+            self.search.followed[at].picks.set(choice as usize, true);
+            self.graph.edges(choice).for_each(|edge| self.enter_by(quantity, edge));
+        }
+        if self.search.waiting.is_empty() {
+            (0..self.search.followed.len()).for_each(|at| self.turn(at));
+        }
+        self.search.waiting.iter().map(|&(_, node)| node).collect()
+    }
+
+    /// Adds nodes and choices that were explored since.
+    fn resize(&mut self) {
+        let (nodes, choices) = (self.graph.nodes(), self.graph.choices_in_all());
+        for own in &mut self.search.followed {
+            own.nodes.resize(nodes, false);
+            own.nearest.resize(nodes, false);
+            own.picks.resize(choices, false);
+        }
+    }
+
+    /// Enters some nodes and the ends of their choices with all quantities.
+    fn enter_starts(&mut self, starts: &[u32]) {
         let graph = self.graph;
-        for at in 0..self.followed.len() {
-            let quantity = self.followed[at].quantity;
+        for at in 0..self.search.followed.len() {
+            let quantity = self.search.followed[at].quantity;
             starts.iter().for_each(|&start| self.enter(quantity, start));
             let choices = starts.iter().flat_map(|&start| graph.choices(start));
             choices.flat_map(|choice| graph.edges(choice)).for_each(|edge| self.enter_by(quantity, edge));
         }
-        self.open.clone()
-    }
-
-    /// Finds the nodes that the best choices reach; false if one of them has none.
-    fn follow(&mut self) -> bool {
-        let mut is_known = true;
-        while let Some((quantity, node)) = self.open.pop() {
-            let choice = self.solved.get(quantity).map_or(NONE, |own| own.pick(node));
-            if choice == NONE {
-                is_known = false;
-                continue;
-            }
-            let at = self.solved.place(quantity);
-            self.followed[at].picks.set(choice as usize, true);
-            self.graph.edges(choice).for_each(|edge| self.enter_by(quantity, edge));
-        }
-        is_known
     }
 
     /// Enters the end of an edge of a node with a quantity.
@@ -128,23 +159,89 @@ impl<'a> Part<'a> {
         if quantity == Quantity::Number && rank.positive == 1 && self.solved.below(quantity).is_some() {
             return self.enter(Quantity::Probability(1), node);
         }
-        self.entered.set(node as usize, true);
         let at = self.solved.place(quantity);
-        if !self.graph.is_frontier(node) && !self.followed[at].nodes.replace(node as usize, true) {
-            self.open.push((quantity, node));
+        if !self.search.followed[at].nodes.replace(node as usize, true) {
+            let is_frontier = self.graph.is_frontier(node);
+            let list = if is_frontier { &mut self.search.waiting } else { &mut self.search.open };
+            list.push((quantity, node));
         }
     }
 
-    /// Returns the unexplored or the explored nodes that choices enter.
-    fn entered(&self, frontier: bool) -> impl Iterator<Item = u32> {
-        let all = self.entered.iter_ones().map(|node| node as u32);
-        all.filter(move |&node| self.graph.is_frontier(node) == frontier)
+    /// Returns the choice of a node that is followed.
+    fn pick(&self, quantity: Quantity, node: u32) -> Option<u32> {
+        let is_nearest = self.search.followed[self.solved.place(quantity)].nearest[node as usize];
+        let best = self.solved.get(quantity).map_or(NONE, |own| own.pick(node));
+        if best != NONE && !is_nearest { Some(best) } else { self.nearest(quantity, node) }
     }
 
-    /// Solves the equations of the best choices alone.
+    /// Returns the choice of a node that may be the first of the fewest steps to an improvement.
+    fn nearest(&self, quantity: Quantity, node: u32) -> Option<u32> {
+        let system = System::new(self.graph, quantity, None, &self.solved.fractions);
+        let steps = |edge: Edge| if edge.counts() { 0 } else { self.graph.steps(edge.to) };
+        let entering = |choice: u32| self.graph.edges(choice).filter(|edge| edge.to != LOST).map(steps).min();
+        let choices = self.graph.choices(node).filter(|&choice| system.permits(choice));
+        choices.filter_map(|choice| Some((entering(choice)?, choice))).min().map(|(_, choice)| choice)
+    }
+
+    /// Turns the nodes from which the choices of a cost never lead to an improvement towards the nearest one.
+    fn turn(&mut self, at: usize) {
+        let quantity = self.search.followed[at].quantity;
+        if !matches!(quantity, Quantity::Cost(_)) {
+            return;
+        }
+        for node in self.lost(at) {
+            let own = &mut self.search.followed[at];
+            if own.nearest.replace(node as usize, true) {
+                self.search.is_known = false;
+                continue;
+            }
+            self.graph.choices(node).for_each(|choice| own.picks.set(choice as usize, false));
+            self.search.waiting.push((quantity, node));
+        }
+    }
+
+    /// Returns the nodes from which the choices of a quantity never lead to an improvement. Cost: n log n for the
+    /// nodes that the choices reach.
+    fn lost(&self, at: usize) -> Vec<u32> {
+        let Followed { nodes, picks, .. } = &self.search.followed[at];
+        let (mut left, mut into, mut open) = (nodes.clone(), Vec::new(), Vec::new());
+        for node in nodes.iter_ones().map(|node| node as u32) {
+            let picked = self.graph.choices(node).filter(|&choice| picks[choice as usize]);
+            for edge in picked.flat_map(|choice| self.graph.edges(choice)) {
+                if edge.counts() { open.push(node) } else { into.push((edge.to, node)) }
+            }
+        }
+        into.sort_unstable();
+        while let Some(node) = open.pop() {
+            if left.replace(node as usize, false) {
+                let first = into.partition_point(|&(to, _)| to < node);
+                open.extend(into[first..].iter().take_while(|&&(to, _)| to == node).map(|&(_, from)| from));
+            }
+        }
+        left.iter_ones().map(|node| node as u32).collect()
+    }
+
+    /// Bounds the values of the nodes from the other side, if the choices end in the part. Cost: the solution of the equations
+    /// of these choices.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub(crate) fn judge(&mut self, meter: &mut Meter<'_>) -> Result<()> {
+        if !self.search.is_known || !self.search.waiting.is_empty() {
+            return Ok(());
+        }
+        self.solved.add_fractions(self.graph);
+        let attained = self.attained(meter)?;
+        self.bound(&attained);
+        let Search { asked, .. } = &*self.search;
+        self.search.is_narrow = asked.iter().all(|&(quantity, node)| self.is_narrow(quantity, node));
+        Ok(())
+    }
+
+    /// Solves the equations of the choices alone.
     fn attained(&self, meter: &mut Meter<'_>) -> Result<Vec<Solution<Interval>>> {
         let mut found: Vec<Solution<Interval>> = Vec::new();
-        for Followed { quantity, nodes, picks } in &self.followed {
+        for Followed { quantity, nodes, picks, .. } in &self.search.followed {
             let below = self.solved.below(*quantity).map(|at| &found[at]);
             let system = System::new(self.graph, *quantity, below, &self.solved.fractions);
             let system = System { scope: Some(nodes), found: Some(picks), ..system };
@@ -155,17 +252,15 @@ impl<'a> Part<'a> {
         Ok(found)
     }
 
-    /// Bounds the values of all nodes from both sides, as far as the best choices were followed.
+    /// Bounds the values of all nodes from both sides, as far as the choices were followed.
     fn bound(&mut self, attained: &[Solution<Interval>]) {
         let graph = self.graph;
-        for at in 0..self.followed.len() {
-            let quantity = self.followed[at].quantity;
+        for (at, Followed { quantity, nodes, .. }) in self.search.followed.iter().enumerate() {
             let own = attained.get(at);
             let most = if quantity.is_probability() { 1.0 } else { f64::INFINITY };
-            let nodes = std::mem::take(&mut self.followed[at].nodes);
             self.solved.solutions[at].revise(|node, hoped| {
                 let own = own.filter(|_| nodes[node as usize]).and_then(|own| own.get(node));
-                let is_endless = quantity == Quantity::Number && graph.rank(node).positive == EVERY;
+                let is_endless = *quantity == Quantity::Number && graph.rank(node).positive == EVERY;
                 match quantity.leader() {
                     Optimum::Max => {
                         let upper = if is_endless { most } else { hoped.upper };

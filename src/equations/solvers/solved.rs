@@ -2,7 +2,7 @@
 
 use bitvec::vec::BitVec;
 
-use crate::graphs::game_graph::{Edge, Extremes, LOST};
+use crate::graphs::game_graph::{Extremes, LOST};
 use crate::graphs::graph::Graph;
 use crate::graphs::meter::Meter;
 use crate::solvers::sides::Sides;
@@ -75,7 +75,7 @@ impl<N: Number> Solved<N> {
     /// A limit is reached; the solutions before it are kept.
     pub(crate) fn run(&mut self, graph: &Graph, meter: &mut Meter<'_>) -> Result<()> {
         meter.take(graph.fractions().len() * N::BYTES)?;
-        self.fractions = graph.fractions().iter().map(N::of).collect();
+        self.add_fractions(graph);
         for quantity in self.quantities() {
             let (solution, end) = match quantity {
                 Quantity::Number if graph.theirs.is_some() => self.number_of_game(graph, meter)?,
@@ -88,6 +88,11 @@ impl<N: Number> Solved<N> {
             end?;
         }
         Ok(())
+    }
+
+    /// Adds the fractions that a graph has since then.
+    pub(crate) fn add_fractions(&mut self, graph: &Graph) {
+        self.fractions.extend(graph.fractions()[self.fractions.len()..].iter().map(N::of));
     }
 
     /// Solves the equations of the expected numbers of improvements of a game: an opponent may let us improve without end.
@@ -122,13 +127,6 @@ impl<N: Number> Solved<N> {
 
     /// Returns the value of a quantity of some level if a choice is taken; `None` if it is not permitted.
     pub(crate) fn of_choice(&self, graph: &Graph, quantity: Quantity, choice: u32) -> Option<Bounds> {
-        let is_unknown = |edge: Edge| {
-            let follows = || quantity.after(edge).follows_from(graph.rank(edge.to));
-            edge.to != LOST && graph.is_frontier(edge.to) && !follows()
-        };
-        if graph.edges(choice).any(is_unknown) {
-            return None;
-        }
         let below = self.below(quantity).and_then(|at| self.solutions.get(at));
         let system = System::new(graph, quantity, below, &self.fractions);
         system.value(choice, self.get(quantity)?).as_ref().map(Bounds::of)

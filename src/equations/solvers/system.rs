@@ -361,11 +361,10 @@ impl<'a, N: Number> System<'a, N> {
     /// Returns the best value that the rank of an unexplored node allows.
     fn hoped(&self, graph: &Graph, edge: Edge) -> Option<&N> {
         let positive = graph.rank(edge.to).positive;
-        match self.quantity {
-            Quantity::Probability(k) => {
-                (positive.saturating_add(u32::from(edge.counts())) >= k).then_some(&self.one)
-            }
+        match self.quantity.after(edge) {
+            Quantity::Probability(k) => (positive >= k).then_some(&self.one),
             Quantity::Number => self.fractions.get(graph.most_improvements(edge.to) as usize),
+            Quantity::Cost(k) if k > 0 => self.fractions.get(graph.least_cost(edge.to) as usize),
             Quantity::Cost(_) | Quantity::Reward | Quantity::Steps(_) => None,
         }
     }

@@ -4,10 +4,11 @@ use meliora_base::error::{Error, Result};
 use meliora_base::exact::Ratio;
 use meliora_base::interval::{Bounds, Interval};
 
+use crate::graphs::game_graph::{Edge, LOST};
 use crate::graphs::graph::{Graph, NONE};
 use crate::graphs::meter::Meter;
 use crate::solvers::horizon::Horizon;
-use crate::solvers::part::{self, Missing};
+use crate::solvers::part::{Part, Search};
 use crate::solvers::solved::Solved;
 use crate::solvers::system::Quantity;
 use crate::solvers::ties::{self, Solutions, Ties};
@@ -36,8 +37,8 @@ pub struct Quantities {
     horizon: Option<Horizon>,
     /// The choices that attain the values in the fewest steps, where they are known.
     ties: Option<Ties>,
-    /// The nodes that are missing for the values of the starts, after a part of the graph.
-    missing: Option<Missing>,
+    /// The search for choices that end in the part of the graph that was explored.
+    search: Option<Search>,
 }
 
 impl Quantities {
@@ -48,7 +49,7 @@ impl Quantities {
             true => Numbers::Exact(Solved::new(levels)),
             false => Numbers::Rounded(Solved::new(levels)),
         };
-        Quantities { levels, numbers, horizon: None, ties: None, missing: None }
+        Quantities { levels, numbers, horizon: None, ties: None, search: None }
     }
 
     /// Computes all quantities of a graph; of a part of it, bounds of those of the whole graph. `within` is the number of
@@ -72,7 +73,9 @@ impl Quantities {
         if let Numbers::Rounded(solved) = &mut self.numbers
             && graph.frontier > 0
         {
-            self.missing = Some(part::settle(solved, graph, starts, end.is_ok(), meter)?);
+            self.search = Some(Search::begin(graph, solved, starts, end.is_ok()));
+            self.follow(graph);
+            self.judge(graph, meter)?;
         }
         end?;
         if let Some(steps) = within {
@@ -93,7 +96,7 @@ impl Quantities {
             return Ok(());
         }
         let costs = ties::costs(graph);
-        solved.fractions.extend(graph.fractions()[solved.fractions.len()..].iter().map(Interval::around));
+        solved.add_fractions(graph);
         let [probability, cost] = solved.by_level();
         let solutions = Solutions { graph, fractions: &solved.fractions, costs, probability, cost };
         self.ties = solutions.decide(meter)?;
@@ -102,13 +105,43 @@ impl Quantities {
 
     /// Returns whether the bounds of the starts are narrow: the graph is whole, or its part is enough.
     pub fn is_settled(&self, graph: &Graph) -> bool {
-        graph.frontier == 0 || self.missing.as_ref().is_some_and(|missing| missing.is_narrow)
+        self.search.as_ref().map_or(graph.frontier == 0, |search| search.is_narrow)
     }
 
-    /// Returns the nodes that the best choices of a part of a graph reach, the unexplored ones first, and forgets them: the
-    /// nodes near them are to be explored next. `None` before the first solution.
-    pub fn take_missing(&mut self) -> Option<Vec<u32>> {
-        self.missing.take().map(|missing| missing.nodes)
+    /// Follows choices in a part of a graph: the best ones, and from nodes that were not solved or from which they never lead
+    /// to an improvement, those with the fewest [`Graph::steps`]. Returns the nodes that are to be explored, or whose next
+    /// nodes are to be measured, before the next call; none if the choices end in the part. Cost: linear in the nodes that the
+    /// choices reach.
+    pub fn follow(&mut self, graph: &Graph) -> Vec<u32> {
+        self.part(graph).map_or_else(Vec::new, |mut part| part.follow())
+    }
+
+    /// Bounds the values from the other side if the choices that were followed end in the part. Cost: the solution of the
+    /// equations of these choices.
+    ///
+    /// # Errors
+    /// A limit is reached.
+    pub fn judge(&mut self, graph: &Graph, meter: &mut Meter<'_>) -> Result<()> {
+        self.part(graph).map_or(Ok(()), |mut part| part.judge(meter))
+    }
+
+    /// Returns the part of a graph with its search, if there is one.
+    fn part<'a>(&'a mut self, graph: &'a Graph) -> Option<Part<'a>> {
+        let (Numbers::Rounded(solved), Some(search)) = (&mut self.numbers, &mut self.search) else {
+            return None;
+        };
+        Some(Part { graph, solved, search })
+    }
+
+    /// Forgets the choices that were followed; returns whether there were some.
+    pub fn forget(&mut self) -> bool {
+        self.search.take().is_some()
+    }
+
+    /// Returns whether the equations of a node were solved: it was explored before.
+    pub fn is_solved(&self, graph: &Graph, node: u32) -> bool {
+        let solved = |search: &Search| graph.choices(node).all(|choice| search.has_solved(choice));
+        !graph.is_frontier(node) && self.search.as_ref().is_none_or(solved)
     }
 
     /// Returns the solution of the equation of a node; `None` if it has none, or a limit was reached before.
@@ -119,6 +152,14 @@ impl Quantities {
     /// Returns the value Σ p · v if a choice is taken, with the costs of the choice; `None` if it is not permitted or not
     /// known.
     pub fn of_choice(&self, graph: &Graph, quantity: Quantity, choice: u32) -> Option<Bounds> {
+        let is_known = |edge: Edge| {
+            let follows = || quantity.after(edge).follows_from(graph.rank(edge.to));
+            edge.to == LOST || self.is_solved(graph, edge.to) || follows()
+        };
+        let is_solved = self.search.as_ref().is_none_or(|search| search.has_solved(choice));
+        if !is_solved || !graph.edges(choice).all(is_known) {
+            return None;
+        }
         on!(&self.numbers, solved => solved.of_choice(graph, quantity, choice))
     }
 

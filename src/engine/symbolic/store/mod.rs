@@ -284,7 +284,8 @@ impl Store {
         let peak = self.peak.load(Relaxed).max(self.replaced_peak) as u64;
         // The largest numbers of nodes and of charged bytes may be of different times.
         let used = (peak * BYTES_PER_NODE + self.charges.peak()).min(self.memory.load(Relaxed));
-        Usage { peak_nodes: peak, bytes: used + self.cache_entries * BYTES_PER_ENTRY }
+        let bytes = used + self.cache_entries * BYTES_PER_ENTRY;
+        Usage { peak_nodes: peak, bytes, steps: self.work.steps.load(Relaxed) }
     }
 
     /// Returns a charge for memory outside of OxiDD's tables.
