@@ -52,7 +52,7 @@ impl<'a, E: Engine> Exploration<'a, E> {
     }
 
     /// Does the same as [`Exploration::run`], but ends with that many nodes; the next call continues where the fewest
-    /// steps to an improvement are lost. Fractions, curves, and values of games need all nodes at once. Between the calls, [`Values::solve`] finds
+    /// steps to an improvement are lost, or where the best choices lead. Fractions, curves, and values of games need all nodes at once. Between the calls, [`Values::solve`] finds
     /// bounds, and [`Values::is_settled`] tells whether they are narrow.
     ///
     /// # Errors
@@ -128,16 +128,19 @@ impl<'a, E: Engine> Exploration<'a, E> {
         }
         let mut explorer = Explorer::new(&self.facts, self.costs, graph, places, &mut meter)?;
         let starts = start(&mut explorer);
-        let is_first = !values.found.forget();
+        let missing = values.found.take_missing(explorer.graph());
         let end = starts.and_then(|starts| {
             values.starts = starts;
             match part {
                 Some(nodes) => {
                     // The values of most states need few nodes, and no distances.
-                    if !is_first {
+                    if missing.is_some() {
                         explorer.measure(&values.starts)?;
                     }
-                    explorer.extend(&values.starts, nodes)
+                    // Without distances, the best choices show where more nodes are needed.
+                    let has_steps = values.starts.iter().any(|&start| explorer.graph().steps(start) > 0);
+                    let near = missing.filter(|_| !has_steps);
+                    explorer.extend(near.as_ref().unwrap_or(&values.starts), nodes)
                 }
                 None => explorer.run(),
             }

@@ -57,6 +57,11 @@ impl<'a, 'm> Explorer<'a, 'm> {
         Ok(Explorer { facts, costs, codec, cost, graph, places, looked: Looked::default(), meter })
     }
 
+    /// Returns the graph so far.
+    pub(crate) fn graph(&self) -> &Graph {
+        self.graph
+    }
+
     /// Adds the node of a state in its own arena; `None` for states without a class: unsafe states
     /// have no values.
     pub(crate) fn start(&mut self, state: &State) -> Result<Option<u32>> {

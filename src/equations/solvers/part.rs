@@ -94,6 +94,16 @@ impl Search {
     pub(crate) fn has_solved(&self, choice: u32) -> bool {
         choice < self.solved
     }
+
+    /// Returns the nodes that the choices reach, the unexplored ones first: the nodes near them are to be explored next.
+    pub(crate) fn entered(self, graph: &Graph) -> Vec<u32> {
+        let all =
+            self.followed.into_iter().map(|own| own.nodes).reduce(|all, own| all | own).unwrap_or_default();
+        let (mut nodes, explored): (Vec<u32>, Vec<u32>) =
+            all.iter_ones().map(|node| node as u32).partition(|&node| graph.is_frontier(node));
+        nodes.extend(explored);
+        nodes
+    }
 }
 
 impl Part<'_> {

@@ -133,9 +133,10 @@ impl Quantities {
         Some(Part { graph, solved, search })
     }
 
-    /// Forgets the choices that were followed; returns whether there were some.
-    pub fn forget(&mut self) -> bool {
-        self.search.take().is_some()
+    /// Returns the nodes that the choices of a part of a graph reach, the unexplored ones first, and forgets them. `None`
+    /// before the first solution.
+    pub fn take_missing(&mut self, graph: &Graph) -> Option<Vec<u32>> {
+        self.search.take().map(|search| search.entered(graph))
     }
 
     /// Returns whether the equations of a node were solved: it was explored before.
